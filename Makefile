@@ -48,7 +48,7 @@ export OPENBLAS_NUM_THREADS := 1
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
 	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited"
-	@echo "             ENDING=hold|retreat ENGINE=pybullet|mujoco GUI=1 HITS=2 OUT=out/demo"
+	@echo "             ENDING=hold|retreat|pass ENGINE=pybullet|mujoco GUI=1 HITS=2 OUT=out/demo"
 	@echo "make up      the same nodes and a view in the browser, until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1 VIEW=0"
 	@echo "make test    every package, the graph and the demo, in minutes"
 	@echo "make test-all   also what takes long: whole runs, many random draws, interruptions"

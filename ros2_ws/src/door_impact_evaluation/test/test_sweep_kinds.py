@@ -4,7 +4,7 @@ import json
 import math
 
 import pytest
-from door_impact_evaluation.sweep import hit, report, running, store
+from door_impact_evaluation.sweep import hit, passing, report, running, store
 from door_impact_evaluation.sweep.sweep import KINDS
 from door_impact_evaluation.sweep.walk import arrival
 from door_model.door.config import load_door
@@ -25,6 +25,7 @@ def rows_of(kind, n, **columns):
     ("miss", 3, {"seed": 1040511712, "target_deg": 26.834342557803627}),
     ("blocked", 1, {"seed": 665097662, "play_mm": 2.0097408671390506}),
     ("push", 2, {"seed": 883629044, "direction": -2.2358110930610913}),
+    ("pass", 1, {"seed": 172992027, "width": 0.8312596352544783}),
 ])
 def test_a_seed_draws_the_same_cases_as_ever(kind, number, drawn):
     """Earlier sweeps of the same seed compare; a longer sweep contains a shorter one."""
@@ -38,7 +39,8 @@ def test_a_seed_draws_the_same_cases_as_ever(kind, number, drawn):
 def test_a_perturbed_door_is_known_by_its_own_swings():
     """tau'_c0 is known to 2 % and I_A to 1 %, although the door is up to 10 % off the paper's."""
     case = hit.draw(1, 1)[6] | {"c_c_scale": 1.1, "k_c_scale": 0.95, "tau_scale": 0.9}
-    door, known = hit.simulated_door(case).door(), hit.known_door(case)
+    config = hit.simulated_door(case)
+    door, known = config.door(), hit.known_door(case, config)
     assert door.tau_c0_prime == pytest.approx(0.9 * PAPER.tau_c0_prime)
     assert (door.c_c, door.k_c) == pytest.approx((1.1 * PAPER.c_c, 0.95 * PAPER.k_c))
     assert known.door.tau_c0_prime == pytest.approx(door.tau_c0_prime, rel=0.02)
@@ -109,6 +111,29 @@ def test_hits_and_probes_of_locked_doors_are_counted_apart():
     assert (found["stood"], found["found"]) == ({"hit": 3, "probe": 4}, 4)
     assert [group["stood"] for group in found["groups"].values()] == [3, 4]
     assert sum(0.0 < row["play_mm"] < 3.0 for row in rows) == len(rows) // 2
+
+
+def test_a_door_that_is_passed_has_its_own_leaf_in_a_frame_that_fits():
+    """Mass, inertia and frame grow with the leaf's width, and the planner knows them."""
+    plain, case = load_door("size2"), next(
+        case for case in passing.draw(4, 1) if case["door"] == "size2") | {"width": 1.0}
+    door = passing.simulated_door(case)
+    known = hit.known_door(case, door)
+    assert door.leaf.mass / plain.leaf.mass == pytest.approx(1.0 / plain.leaf.width)
+    assert door.i_a / plain.i_a == pytest.approx(plain.leaf.width**-3.0, rel=0.01)
+    assert door.frame.width - 1.0 == pytest.approx(plain.frame.width - plain.leaf.width)
+    assert (known.width, known.frame) == (1.0, (door.leaf, door.frame))
+
+
+def test_a_refused_passage_did_not_pass_but_a_robot_before_the_door_stands():
+    """A refusal has no figures; a fall counts neither as passed nor as standing."""
+    rows = rows_of("pass", 4, stood=True, passed=True, margin_mm=20.0)
+    rows[0] |= {"refused": "no posture", "stood": None, "passed": None, "margin_mm": None}
+    rows[1] |= {"stood": False, "passed": False, "fell": "tilted", "margin_mm": -3.0}
+    rows[2] |= {"passed": False}
+    found = report.summary(KINDS["pass"], rows, 4, 1, "mujoco")
+    assert (found["stood"], found["passed"], found["refused"]) == (2, 1, 1)
+    assert found["min_margin_mm"] == pytest.approx({"p5": -0.7, "min": -3.0})
 
 
 @pytest.mark.filterwarnings("error")

@@ -108,7 +108,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--target-deg", type=_angle, default=25.0,
                         help="desired opening angle [deg] (default: 25)")
     parser.add_argument("--ending", choices=ENDINGS, default="hold",
-                        help="what the robot does with the open door (default: hold)")
+                        help="what the robot does with the open door; pass: it walks through "
+                        "(default: hold)")
     parser.add_argument("--run-up", choices=RUN_UPS, default="mcv50",
                         help="mcv50, the paper's, or zmp_limited, for doors that need a faster "
                         "hit (default: mcv50)")

@@ -9,7 +9,7 @@ import numpy as np
 from door_impact_common.driver.intake import present
 from door_impact_common.node import executor_of
 from door_impact_common.stamps import seconds
-from door_impact_msgs.action import ExecuteDoorImpact
+from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
 from door_impact_msgs.msg import CloserParameters, EncoderSamples, ImpactPlan
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
 from geometry_msgs.msg import PointStamped
@@ -63,6 +63,7 @@ class DemoClient(Node):
         self._reset = self.create_client(Trigger, "/sim/reset")
         self._save_log = self.create_client(Trigger, "/hrp2_sim_bridge/save_log")
         self._execute = ActionClient(self, ExecuteDoorImpact, "/execute_door_impact")
+        self._through = ActionClient(self, WalkThroughDoor, "/walk_through_door")
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.create_subscription(ImpactPlan, "/door_impact_plan", self._on_plan, latched)
         self.create_subscription(JointState, "/door_angle", self._on_door, 100)
@@ -87,7 +88,10 @@ class DemoClient(Node):
         self.samples.append(message)
 
     def _on_feedback(self, message: Any) -> None:
-        phase = message.feedback.phase
+        feedback = message.feedback
+        phase = getattr(feedback, "hit_phase", "") or feedback.phase
+        if phase == "plan":  # nothing moves
+            return
         if not self.phases or self.phases[-1][1] != phase:
             self.phases.append((self.now(), phase))
             report_progress(f"    {phase}")
@@ -192,7 +196,7 @@ class DemoClient(Node):
 
         Args:
             target: Desired opening angle [rad].
-            ending: Motion after the door's peak, hold or retreat.
+            ending: Motion after the door's peak, hold, retreat or pass.
             run_up: Profile of the run-up, mcv50 or zmp_limited.
 
         Returns:
@@ -220,15 +224,40 @@ class DemoClient(Node):
         Raises:
             DemoError: The executor refused the plan, or the motion did not end in time.
         """
-        sent = self._execute.send_goal_async(
-            ExecuteDoorImpact.Goal(plan_id=plan_id), feedback_callback=self._on_feedback)
-        self.until(sent.done, "the executor to accept the goal", 30.0)
+        return self._moved(self._execute, ExecuteDoorImpact.Goal(plan_id=plan_id), 240.0)
+
+    def walk_through(self, target: float, run_up: str) -> Any:
+        """Hit the door, walk through it, and return the result of the action.
+
+        Args:
+            target: Opening angle of the hit [rad].
+            run_up: Profile of its run-up, mcv50 or zmp_limited.
+
+        Raises:
+            DemoError: The goal was rejected, or the motion did not end in time.
+        """
+        goal = WalkThroughDoor.Goal(hit_angle=target, run_up=run_up)
+        return self._moved(self._through, goal, 600.0)
+
+    def _moved(self, client: ActionClient, goal: Any, timeout: float) -> Any:
+        """Send a goal, and return its result, for which to wait up to a wall time [s]."""
+        self.until(client.server_is_ready, "the action's server", 30.0)
+        sent = client.send_goal_async(goal, feedback_callback=self._on_feedback)
+        self.until(sent.done, "the action's server to accept the goal", 30.0)
         handle = sent.result()
         if not handle.accepted:
-            raise DemoError("the executor refused the goal: see nodes.log")
+            raise DemoError("the goal was refused: see nodes.log")
         result = handle.get_result_async()
-        self.until(result.done, "the motion to end", 240.0)
+        self.until(result.done, "the motion to end", timeout)
         return result.result().result
+
+    def pause(self, duration: float) -> None:
+        """Let simulated time [s] pass.
+
+        Raises:
+            DemoError: The nodes have ended, or time does not pass.
+        """
+        self.until(partial(self._is_past, self.now() + duration), "simulated time", 60.0)
 
     def start_again(self) -> None:
         """Put robot and door back to the start; the planner keeps what it has learned.

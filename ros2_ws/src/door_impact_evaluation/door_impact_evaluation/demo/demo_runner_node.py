@@ -19,17 +19,17 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from door_impact_evaluation.demo.demo_client import DemoClient, report_progress, wall_time
-from door_impact_evaluation.demo.settings import DemoSettings
+from door_impact_evaluation.demo.settings import PASS, STANDS, DemoSettings
 from door_impact_evaluation.errors import DemoError
 
 NODES = ("hrp2_sim_bridge", "zmp_publisher", "door_encoder", "closer_identifier", "impact_planner",
-         "impact_executor", "scene_publisher", "recorder")
+         "impact_executor", "door_passer", "scene_publisher", "recorder")
 """Nodes that a demonstration starts; none of them may run before."""
 
 PARAMETERS = {
     "door": ("paper", "simulated door: name of a door in door_model/doors, or a YAML file"),
     "target_deg": (25.0, "desired opening angle [deg]"),
-    "ending": ("hold", f"motion after the door's peak: {' or '.join(ENDINGS)}"),
+    "ending": ("hold", f"what follows the door's peak: {' or '.join(ENDINGS)}"),
     "run_up": ("mcv50", f"profile of the run-up: {' or '.join(RUN_UPS)}"),
     "hits": (1, "number of hits; the results are those of the last one"),
     "out_dir": ("out/demo", "folder of the results"),
@@ -92,7 +92,8 @@ def run(
                 simulated += node.now()
                 node.start_again()
                 simulated -= node.now()
-            plan, planning_ms, outcome = _hit(node, settings)
+            passes = settings.ending == PASS and number == settings.hits
+            plan, planning_ms, outcome = _hit(node, settings, passes=passes)
             if not outcome.success:
                 break
         real_time_factor = (simulated + node.now()) / (time.perf_counter() - began)
@@ -106,7 +107,7 @@ def run(
                 plan=plan, outcome=outcome, planning_ms=planning_ms,
                 real_time_factor=real_time_factor, wall_s=wall_time(),
                 door_angle=np.array(node.door), zmp=np.array(node.zmp), samples=samples,
-                phases=node.phases, end=end), settings.out)
+                phases=node.phases, end=end, passes=passes), settings.out)
         except OSError as error:
             raise DemoError(f"the results cannot be written: {error.strerror or error}") from error
         except DemoError as error:
@@ -119,23 +120,31 @@ def run(
         raise DemoError(f"the motion failed: {outcome.message}; see report.html and nodes.log")
 
 
-def _hit(node: DemoClient, settings: DemoSettings) -> tuple[ImpactPlan, float, Any]:
-    """Plan and execute one hit.
+def _hit(
+    node: DemoClient, settings: DemoSettings, *, passes: bool
+) -> tuple[ImpactPlan, float, Any]:
+    """Plan and execute one hit, which a passage may follow.
 
     Returns:
         The plan, the wall time of planning [ms], and the result of the action.
     """
+    target = float(np.radians(settings.target_deg))
+    ending = "hold" if settings.ending == PASS and not passes else settings.ending
     report_progress(f"planning the hit for {settings.target_deg:g} deg")
-    plan, planning_ms = node.make_plan(
-        float(np.radians(settings.target_deg)), settings.ending, settings.run_up)
+    plan, planning_ms = node.make_plan(target, ending, settings.run_up)
     for warning in plan.warnings:
         report_progress(f"    note: {warning}")
     if plan.learned_hits:
         report_progress(f"    learned: restitution {plan.restitution:.3f}, effective mass "
                         f"{plan.effective_mass:.1f} kg, {plan.effective_mass_model:.1f} kg by the "
                         "model")
-    report_progress("hitting the door")
-    outcome = node.execute(plan.plan_id)
+    report_progress("hitting the door and walking through" if passes else "hitting the door")
+    if passes:  # the passage has the hit planned anew
+        outcome = node.walk_through(target, settings.run_up)
+        node.pause(STANDS)
+        plan = node.plan or plan
+    else:
+        outcome = node.execute(plan.plan_id)
     report_progress(f"    {np.degrees(outcome.peak_angle):.1f} deg by the encoder; "
                     f"{outcome.message}")
     return plan, planning_ms, outcome

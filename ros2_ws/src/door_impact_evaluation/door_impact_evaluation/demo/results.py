@@ -26,6 +26,8 @@ from impact_planner.ros.messages import door_from_message
 from rclpy.utilities import get_rmw_implementation_identifier
 from scipy.optimize import least_squares
 
+from door_impact_evaluation.demo import passage
+from door_impact_evaluation.demo.settings import STANDS
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import animation, figures, report, table
 from door_impact_evaluation.report.replay import replay_of
@@ -50,7 +52,7 @@ class Received:
         target_deg: Desired opening angle [deg].
         parameters: Message CloserParameters with the identified door.
         plan: Message ImpactPlan with the plan that was executed.
-        outcome: Result of the action ExecuteDoorImpact.
+        outcome: Result of the action ExecuteDoorImpact, or of WalkThroughDoor.
         planning_ms: Wall time from the request to the answer of the planning service [ms].
         real_time_factor: Simulated time over wall time.
         wall_s: Wall time of the demonstration [s].
@@ -59,6 +61,7 @@ class Received:
         samples: Messages EncoderSamples of the pushes by hand.
         phases: Start [s] and name of each phase, by the action's feedback.
         end: Time at which the motion had ended [s].
+        passes: Whether the robot was to walk through the door.
     """
 
     door: str
@@ -74,6 +77,7 @@ class Received:
     samples: Sequence[Any]
     phases: list[tuple[float, str]]
     end: float
+    passes: bool
 
 
 def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, record: DemoRecord,
@@ -88,10 +92,11 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
         raw: ZMP and margins of the 1 kHz wrenches without averaging.
     """
     plan, motion, loads = received.plan, log.motion, log.hit_loads(hit)
+    ending = plan.phases[-1].name
     peak_deg = float(np.degrees(motion.door_angle[hit.peak]))
-    end = record.phases[plan.ending][1]
+    end = record.phases[ending][1]
     last = (motion.t > end - _HELD_OVER) & (motion.t <= end)
-    held = float(np.degrees(motion.door_angle[last].mean())) if plan.ending == "hold" else None
+    held = float(np.degrees(motion.door_angle[last].mean())) if ending == "hold" else None
     return {
         "door": {
             "target_deg": received.target_deg,
@@ -130,6 +135,8 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
             "gear_load": loads.shares,
             "foot_slip_mm": 1e3 * evaluation.slip(motion, *record.phases["post"]),
         },
+        "passage": passage.figures(received.outcome, received.door, log, record)
+        if received.passes else None,
         "run": {
             "real_time_factor": received.real_time_factor,
             "wall_s": received.wall_s,
@@ -154,8 +161,9 @@ def _identified(received: Received) -> dict[str, Any]:
 
 
 def _switch_latency(outcome: Any, contact_time: float) -> float | None:
-    """Return the time from the contact to the switch of the motion [ms]; None without a switch."""
-    latency = 1e3 * (outcome.contact_time + outcome.switch_latency - contact_time)
+    """Return the time from the contact to the switch of the motion [ms]; None if not known."""
+    switch_latency = getattr(outcome, "switch_latency", math.nan)  # a passage does not tell it
+    latency = 1e3 * (outcome.contact_time + switch_latency - contact_time)
     return latency if math.isfinite(latency) else None
 
 
@@ -215,10 +223,14 @@ def write(received: Received, out: Path) -> None:
     figures.cam(out / "cam_curve.png")
     figures.zmp(record, out / "zmp.png")
     figures.door_angle(record, received.target_deg, out / "door_angle.png")
-    animation.hit(log, robot, door, record.contact_time, out / "impact.gif")
     raw = evaluation.support(log.motion, robot, window=0.0)
     summary = summarize(received, log, hit, record, raw)
-    caught_deg = float(np.degrees(log.motion.door_angle[hit.peak:].min()))
+    since = summary["passage"] and summary["passage"]["hit_to_clear_s"]
+    whole = {"after": since + STANDS, "slow_motion": 1.0, "follow": True} if since else {}
+    animation.hit(log, robot, door, record.contact_time, out / "impact.gif", **whole)
+    _, held_until = record.phases[received.plan.phases[-1].name]
+    falls = (t >= record.peak_time) & (t <= held_until)
+    caught_deg = float(np.degrees(log.motion.door_angle[falls].min()))
     rows = table.rows(summary, caught_deg)
     heading = _heading(summary, received.outcome)
     notes = [*received.plan.warnings, *received.parameters.warnings]
@@ -232,13 +244,17 @@ def write(received: Received, out: Path) -> None:
 
 def _heading(summary: dict[str, Any], outcome: Any) -> str:
     """Return a sentence about how far the door opened and what became of the robot."""
-    door, robot = summary["door"], summary["robot"]
+    door, robot, through = summary["door"], summary["robot"], summary["passage"]
     opened = (f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
               f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and ")
     if robot["fell"]:
         return opened + "fell."
     if not outcome.success:
         return opened + f"stands, but {outcome.message}."
+    if through is not None:
+        return opened + (
+            f"stands beyond it, clear of it {through['hit_to_clear_s']:.1f} s after the hit."
+            if through["passed"] else "stands, but has not passed it.")
     if door["held_deg"] is None:
         return opened + "stands, back from the door."
     return opened + f"stands, holding it at {door['held_deg']:.1f} deg."
@@ -253,9 +269,9 @@ def _phases(received: Received, log: SimulationLog, hit: evaluation.Impact,
     """
     t = log.motion.t
     contact, peak = float(t[hit.contact.start]), float(t[hit.peak])
-    after = ("post", received.plan.ending)
+    after = ("post", received.plan.phases[-1].name)
     starts = [(time, name) for time, name in received.phases if name not in after]
-    starts += [(contact, after[0]), (peak, after[1])]
+    starts = sorted([*starts, (contact, after[0]), (peak, after[1])])
     ends = [time for time, _ in starts[1:]] + [min(received.end, float(t[-1]))]
     return {name: (time, end) for (time, name), end in zip(starts, ends, strict=True)}
 

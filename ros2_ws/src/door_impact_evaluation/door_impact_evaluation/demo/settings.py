@@ -3,6 +3,11 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+PASS = "pass"
+"""Ending after which the robot walks through the door that it holds."""
+STANDS = 2.5
+"""Time after a passage in which the robot must go on standing [s]."""
+
 
 @dataclass(frozen=True)
 class DemoSettings:
@@ -11,9 +16,10 @@ class DemoSettings:
     Attributes:
         door: Name or YAML file of the simulated door; its parameters are compared with those found.
         target_deg: Desired opening angle [deg].
-        ending: Motion after the door's peak, hold or retreat.
+        ending: What follows the door's peak: hold, retreat or pass.
         run_up: Profile of the run-up, mcv50 or zmp_limited.
-        hits: Number of hits; robot and door start anew before each, the results are the last one's.
+        hits: Number of hits; robot and door start anew before each, the results are the last one's,
+            and only the last one is followed by a passage.
         out: Folder in which the results are written.
     """
 

@@ -27,8 +27,8 @@ CAMERA = ((2.9, -0.1, 1.5), (0.0, -0.5, 0.75))  # place of the camera and its ta
 
 def hit(log: SimulationLog, robot: RobotConfig, door: DoorConfig, contact_time: float, path: Path,
         *, before: float = 1.3, after: float = 5.5, slow_motion: float = 2.0,
-        rate: float = 12.5) -> None:
-    """Write a GIF of the run-up, the hit, the opening and the hold.
+        rate: float = 12.5, follow: bool = False) -> None:
+    """Write a GIF of the run-up, the hit, the opening, and what follows.
 
     Args:
         log: The simulation's log, with the place of the door.
@@ -40,17 +40,19 @@ def hit(log: SimulationLog, robot: RobotConfig, door: DoorConfig, contact_time: 
         after: Time after the hit at which the animation ends [s].
         slow_motion: Factor by which it plays slower than real time.
         rate: Frames per second of playing [1/s].
+        follow: Whether the camera moves along with the robot.
     """
     end = min(contact_time + after, float(log.motion.t[-1]))
     times = np.arange(contact_time - before, end, 1.0 / (rate * slow_motion))
     frames = [_caption(frame, time - contact_time, slow_motion).quantize(96)
-              for time, frame in zip(times, _render(log, robot, door, times), strict=True)]
+              for time, frame in zip(
+                  times, _render(log, robot, door, times, follow=follow), strict=True)]
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=int(1000 / rate), loop=0,
                    optimize=True)
 
 
-def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Array,
-            ) -> Iterator[Image.Image]:
+def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Array, *,
+            follow: bool) -> Iterator[Image.Image]:
     """Yield the picture at each of some times [s]."""
     client, motion = connect(gui=False), log.motion
     try:
@@ -67,7 +69,7 @@ def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Arr
             path.write_text(_visible(door_scene.door_urdf(door)))
             leaf = client.loadURDF(
                 str(path), (log.hinge_x, -log.door_distance, 0.0), useFixedBase=True)
-        view = client.computeViewMatrix(*CAMERA, (0, 0, 1))
+        begin = motion.base_position[np.searchsorted(motion.t, times[0])]
         projection = client.computeProjectionMatrixFOV(42.0, SIZE[0] / SIZE[1], 0.1, 10.0)
         for time in times:
             row = min(int(np.searchsorted(motion.t, time)), len(motion.t) - 1)
@@ -76,6 +78,8 @@ def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Arr
             for name, angle in zip(robot.joint_names, motion.joints[row], strict=True):
                 client.resetJointState(body, index[name], angle)
             client.resetJointState(leaf, 0, motion.door_angle[row])
+            way = follow * (motion.base_position[row] - begin) * [1.0, 1.0, 0.0]
+            view = client.computeViewMatrix(*(np.array(CAMERA) + way).tolist(), (0, 0, 1))
             _, _, pixels, _, _ = client.getCameraImage(
                 *SIZE, view, projection, lightDirection=(1.5, 1.0, 3.0), shadow=1,
                 renderer=client.ER_TINY_RENDERER)

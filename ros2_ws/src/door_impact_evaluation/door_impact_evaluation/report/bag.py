@@ -81,7 +81,7 @@ def find_hits(plans: Sequence[tuple[float, Any]], trajectories: Sequence[tuple[f
         rest = trajectory.points[-1].time_from_start if trajectory.points else None
         end = start + (_seconds(rest) if rest is not None else 0.0)
         contact, peak = (None, None) if door is None else _opening(door, starts[-1][0], end)
-        after = ((contact, "post"), (peak, plan.ending))
+        after = ((contact, "post"), (peak, plan.phases[-1].name))
         hits.append(Hit(plan, starts + [(time, name) for time, name in after if time is not None],
                         end, contact, peak))
     return hits

@@ -62,7 +62,7 @@ class Rehearsal:
 
         The run-up ends at the first contact, or where the motion turns back without one.
         """
-        t, ending = self.log.motion.t, self.plan.ending
+        t, ending = self.log.motion.t, self.plan.phases[-1].name
         starts = [(start, name) for name, start in self.execution.starts.items()
                   if self.impact is None or name not in ("post", ending)]
         if self.impact is not None:
@@ -96,7 +96,7 @@ def rehearse(
         known: What the planner knows of the door; None means that it knows the configured door.
         door_offset: Distance by which the door stands farther away than surveyed [m].
         run_up: Profile of the run-up, mcv50 or zmp_limited.
-        ending: Motion after the door's peak, hold or retreat.
+        ending: Motion after the door's peak, hold, retreat or pass.
         stop_before: Time before the planned contact at which a stop is requested [s]; None means
             no stop.
         watch: Function that is called after each tick.
@@ -108,16 +108,10 @@ def rehearse(
         PlannerError: There is no such plan.
         SettingError: A setting of the world is out of its range.
     """
-    config = load_robot_config()
-    simulated = load_door(door) if isinstance(door, str) else door
-    robot = RobotModel(config)
-    known = known or KnownDoor.configured(simulated)
-    plan = plan_impact(
-        PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known, robot,
-        make_settings(configured_placement()))
-    placement = plan.hit.placement
-    world = World(
-        config, simulated, placement.door_distance + door_offset, placement.hinge_x, **settings)
+    config = load_door(door) if isinstance(door, str) else door
+    robot, known = RobotModel(load_robot_config()), known or KnownDoor.configured(config)
+    plan = planned(robot, known, target_deg, run_up, ending)
+    world = world_of(robot, config, plan, door_offset, **settings)
     probes = probe == "on" or (probe == "auto" and not plan.stands_if_missed)
     try:
         execution = execute(
@@ -125,10 +119,34 @@ def rehearse(
         log = simulation_log.load(world.save_log(path), 0.0)
     finally:
         world.close()
+    return Rehearsal(plan, execution, log, impact_of(plan, execution, log), known)
+
+
+def planned(
+    robot: RobotModel, known: KnownDoor, target_deg: float, run_up: str, ending: str
+) -> ImpactPlan:
+    """Plan a hit on the door at its configured place; arguments and errors as of `rehearse`."""
+    return plan_impact(
+        PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known, robot,
+        make_settings(configured_placement()))
+
+
+def world_of(
+    robot: RobotModel, door: DoorConfig, plan: ImpactPlan, door_offset: float, **settings: Any
+) -> World:
+    """Make the world in which a hit is executed; arguments and errors as of `rehearse`."""
+    placement = plan.hit.placement
+    return World(robot.config, door, placement.door_distance + door_offset, placement.hinge_x,
+                 **settings)
+
+
+def impact_of(
+    plan: ImpactPlan, execution: Execution, log: simulation_log.SimulationLog
+) -> evaluation.Impact | None:
+    """Measure the hit in a log; None if the robot did not hit the door."""
     begin = execution.starts.get("cam", np.inf)
     touched = log.motion.contact_force[log.motion.t >= begin] > evaluation.CONTACT_FORCE
-    impact = evaluation.impact(log.motion, plan.l_b, begin) if touched.any() else None
-    return Rehearsal(plan, execution, log, impact, known)
+    return evaluation.impact(log.motion, plan.l_b, begin) if touched.any() else None
 
 
 def arrays_of(command: Command, names: Sequence[str]) -> TrajectoryArrays:
@@ -148,7 +166,7 @@ def arrays_of(command: Command, names: Sequence[str]) -> TrajectoryArrays:
 
 def execute(
     world: World, plan: ImpactPlan, point_b: PointB, watch: Watch, stop_before: float | None,
-    *, probe: bool = False,
+    *, probe: bool = False, encoder: "DoorEncoder | None" = None, afterwards: float = AFTERWARDS,
 ) -> Execution:
     """Execute a plan in a world whose robot stands in half-sitting, until it ends or falls.
 
@@ -160,6 +178,8 @@ def execute(
         stop_before: Time before the planned contact at which a stop is requested [s]; None means
             no stop.
         probe: Whether the leaf is touched slowly first.
+        encoder: Encoder of the door, closed at its first sample; None means a new one.
+        afterwards: Simulated time after the end of the execution [s].
     """
     def send(command: Command) -> None:
         world.follow(arrays_of(command, world.robot_config.joint_names), command.stamp)
@@ -169,12 +189,13 @@ def execute(
         point_b, probe=probe)
     send(execution.start(world.step().time))
     end = LONGEST
-    encoder = DoorEncoder(world.settings.encoder_bits)
+    encoder = encoder or DoorEncoder(world.settings.encoder_bits)
     while not world.fell and world.time < end:
         sample = world.step()
         watch(world, sample)
+        points = encoder.take(sample)
         if execution.outcome is not Outcome.RUNNING:
-            end = min(end, world.time + AFTERWARDS)
+            end = min(end, world.time + afterwards)
             continue
         if stop_before is not None and sample.time > execution.planned_contact - stop_before:
             execution.stop()
@@ -184,7 +205,7 @@ def execute(
                 *execution.on_joints(sample.time, sample.position, sample.velocity),
                 *execution.on_wrenches(sample.time, sample.left_wrench, sample.right_wrench)):
             send(command)
-        for point in encoder.take(sample):
+        for point in points:
             for command in execution.on_door(1e-9 * point.stamp_ns, point.theta, point.omega):
                 send(command)
     return execution

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from door_impact_common.arrays import Array
 
-from door_impact_evaluation.run.evaluation import Impact, heading
+from door_impact_evaluation.run.evaluation import Impact, heading, tilt
 from door_impact_evaluation.run.record import Motion
 
 _RINGING = 0.03  # time after the contact in which gears bear loads of the hit [s]
+_UPRIGHT = np.radians(5.0)  # tilt at the end below which the robot counts as standing [rad]
 _ROUNDING = 1e-6  # difference below which two times of the log are the same [s]
 
 
@@ -45,6 +46,7 @@ class SimulationLog:
     Attributes:
         motion: The 1 kHz samples.
         fell: Reason why the robot counts as fallen; empty if it stands.
+        frame_force: Normal forces of frame and wall on the robot at the samples, (n,) [N].
         max_tracking_error: Largest difference between a joint's angle and its reference [rad].
         max_torque_ratio: Largest torque of a motor over its limit; braced joints are left out.
         joint_names: Names of the joints.
@@ -62,6 +64,7 @@ class SimulationLog:
 
     motion: Motion
     fell: str
+    frame_force: Array
     max_tracking_error: float
     max_torque_ratio: float
     joint_names: list[str]
@@ -75,6 +78,11 @@ class SimulationLog:
     hinge_x: float
     i_a: float
     engine: str
+
+    @property
+    def stood(self) -> bool:
+        """Whether the robot stood upright in the end."""
+        return not self.fell and bool(tilt(self.motion.base_orientation[-1:])[0] < _UPRIGHT)
 
     def hit_loads(self, impact: Impact) -> HitLoads:
         """Return the loads from the first contact until `_RINGING` after its end."""
@@ -129,6 +137,7 @@ def load(path: Path, start: float) -> SimulationLog:
     return SimulationLog(
         motion=motion,
         fell=str(log["fall_reason"]),
+        frame_force=log["frame_force"][rows],
         max_tracking_error=float(tracking.max()),
         max_torque_ratio=float(ratio[:, free].max()),
         joint_names=names,

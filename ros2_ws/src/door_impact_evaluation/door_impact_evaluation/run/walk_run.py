@@ -2,7 +2,7 @@
 
 import math
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,9 @@ from walking.pattern.walk_plan import WalkPlan
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.record import Support
 from door_impact_evaluation.run.rehearsal import arrays_of
+
+Events = Callable[[TickSample], Sequence[Command]]
+"""Function that tells a motion of a sample, and returns its commands."""
 
 AFTERWARDS = 2.0  # simulated time after the end of the walk, in which a fall would show [s]
 PUSH_DURATION = 0.1  # duration of a push [s]
@@ -145,7 +148,7 @@ def walk(
 
 def execute(
     world: World, robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), *,
-    step_change: bool = True,
+    step_change: bool = True, execution: Walk | None = None, events: Events | None = None,
 ) -> tuple[Walk, float]:
     """Let a world's robot walk, and then stand for `AFTERWARDS`, or until it falls.
 
@@ -157,6 +160,8 @@ def execute(
         plan: The walk.
         pushes: Pushes on the robot.
         step_change: Whether a push may change the steps; after such a change the robot stands.
+        execution: Execution of the walk that has not begun; None means that of a plain walk.
+        events: Function that tells this execution further of a sample, such as of the door.
 
     Returns:
         The execution after its end, and the time at which the plan began [s].
@@ -164,7 +169,7 @@ def execute(
     def send(command: Command) -> None:
         world.follow(arrays_of(command, robot.joint_names), command.stamp)
 
-    execution = Walk(robot, plan)
+    execution = execution or Walk(robot, plan)
     first = execution.start(world.time)
     send(first)
     begin = first.stamp
@@ -177,7 +182,8 @@ def execute(
         if execution.outcome is not Outcome.RUNNING:
             end = min(end, world.time + AFTERWARDS)
             continue
-        for command in _events(execution, sample, complete=step_change):
+        for command in (*_events(execution, sample, complete=step_change),
+                        *(events(sample) if events else ())):
             send(command)
     return execution, begin
 

@@ -15,7 +15,6 @@ from impact_planner.execution.execution import Outcome
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from door_impact_evaluation.sweep import miss
-from door_impact_evaluation.sweep.hit import stood
 from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, known, largest, smallest
 
 PLAY = 3.0  # largest play of a bolt at the leaf's free edge [mm]
@@ -48,7 +47,7 @@ def measured(found: Rehearsal) -> Row:
     robot, plan, motion = load_robot_config(), found.plan, found.log.motion
     margin = evaluation.support(motion, robot, window=evaluation.WINDOW).margin
     row: Row = {
-        "outcome": found.execution.outcome.value, "stood": stood(found), "fell": found.log.fell,
+        "outcome": found.execution.outcome.value, "stood": found.log.stood, "fell": found.log.fell,
         "found": found.execution.outcome is Outcome.LOCKED,
         "v_rb": plan.v_rb, "missed_margin_mm": 1e3 * plan.missed_margin,
         "margin_mm": 1e3 * float(known(margin).min(initial=np.inf)),

@@ -48,7 +48,6 @@ CASE: Row = {  # a "scale" is a factor of the model's value; of gears and pads, 
     "phase": 0.5,         # angle of the closed door within an encoder count
 }
 """What is not drawn: the planner knows a door as it is configured, and nothing differs."""
-UPRIGHT = np.radians(5.0)  # tilt at the end below which the robot counts as standing [rad]
 HELD_OVER = 0.5            # time at the end over which the held angle is averaged [s]
 _PHASE = "margin_mm_"      # before the name of a phase: column of its smallest ZMP margin
 
@@ -89,21 +88,22 @@ def simulated_door(case: Row) -> DoorConfig:
                    tau_c0_prime=case["tau_scale"] * plain.tau_c0_prime)
 
 
-def known_door(case: Row) -> KnownDoor:
-    """Return what the planner knows of the door before the first hit, from its own swings."""
-    config = simulated_door(case)
+def known_door(case: Row, config: DoorConfig) -> KnownDoor:
+    """Return what the planner knows of a simulated door before the first hit, from its swings."""
     if not case["pushes_deg"]:
         return KnownDoor.configured(config)
     recording = synthetic_recording(
         config.door(), np.radians(case["pushes_deg"]).tolist(), phase=case["phase"])
     leaf = config.leaf
     found = identify(recording, config.linkage, scale_from_leaf(leaf.mass, leaf.width))
-    return KnownDoor(config.name, found.door, leaf.width, found.names, found.covariance)
+    return replace(KnownDoor.configured(config), door=found.door, parameters=found.names,
+                   covariance=found.covariance)
 
 
 def run(case: Row) -> Iterator[Row]:
     """Run the hits of a case, one after the other, and measure each; a miss is the last."""
-    door, before = simulated_door(case), known_door(case)
+    door = simulated_door(case)
+    before = known_door(case, door)
     world = {name: case[name] for name in (
         "door_offset", "run_up", "engine", "restitution", "rotor_scale", "friction", "gear_scale",
         "pad_scale")}
@@ -117,17 +117,11 @@ def run(case: Row) -> Iterator[Row]:
             before = replace(before, experience=found.learned())
 
 
-def stood(found: Rehearsal) -> bool:
-    """Return whether the robot stood upright in the end."""
-    tilt = evaluation.tilt(found.log.motion.base_orientation[-1:])[0]
-    return not found.log.fell and bool(tilt < UPRIGHT)
-
-
 def measured(found: Rehearsal) -> Row:
     """Evaluate a hit by the simulation's log; SI units, but deg, mm, ms where the key says so."""
     plan, motion, by_robot = found.plan, found.log.motion, found.execution.measured
     row: Row = {
-        "outcome": found.execution.outcome.value, "stood": stood(found), "fell": found.log.fell,
+        "outcome": found.execution.outcome.value, "stood": found.log.stood, "fell": found.log.fell,
         "planned_v_rb": plan.v_rb, "planned_omega_door": plan.omega_door,
         "planned_effective_mass": plan.effective_mass, "planned_restitution": plan.restitution,
         "planned_impulse": plan.required_impulse, "learned_hits": plan.learned_hits}

@@ -9,7 +9,6 @@ from hrp2_description.robot import load_robot_config
 
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
-from door_impact_evaluation.sweep.hit import stood
 from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, known, largest, smallest
 
 AWAY = 6.0              # distance by which the door stands farther away than it was surveyed [m]
@@ -46,7 +45,7 @@ def run(case: Row) -> Iterator[Row]:
 
 
 def _measured(found: Rehearsal) -> Row:
-    plan, motion, stands = found.plan, found.log.motion, stood(found)
+    plan, motion, stands = found.plan, found.log.motion, found.log.stood
     margin = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW).margin
     return {
         "outcome": found.execution.outcome.value, "stood": stands, "fell": found.log.fell,

@@ -17,12 +17,13 @@ from door_impact_evaluation.sweep.blocked import BLOCKED
 from door_impact_evaluation.sweep.hit import HIT
 from door_impact_evaluation.sweep.kind import Kind
 from door_impact_evaluation.sweep.miss import MISS
+from door_impact_evaluation.sweep.passing import PASS
 from door_impact_evaluation.sweep.push import PUSH
 from door_impact_evaluation.sweep.report import draw, summary, table
 from door_impact_evaluation.sweep.store import NAME, Runs
 from door_impact_evaluation.sweep.walk import WALK
 
-KINDS: dict[str, Kind] = {kind.name: kind for kind in (HIT, WALK, MISS, BLOCKED, PUSH)}
+KINDS: dict[str, Kind] = {kind.name: kind for kind in (HIT, WALK, MISS, BLOCKED, PUSH, PASS)}
 
 
 def folder_of(kind: str, engine: str) -> Path:

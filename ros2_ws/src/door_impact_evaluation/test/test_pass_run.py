@@ -1,0 +1,32 @@
+"""Whole passages without nodes."""
+
+from dataclasses import replace
+
+import pytest
+from door_impact_evaluation.run import pass_run, passage_measures
+from door_model.door.config import load_door
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
+from walking.errors import PassageInfeasible
+
+
+def test_a_door_whose_frame_is_not_known_is_refused_before_anything_is_simulated(tmp_path):
+    log = tmp_path / "log.npz"
+    with pytest.raises(PassageInfeasible, match="frame"):
+        pass_run.pass_door(log, door=replace(load_door("paper"), frame=None))
+    assert not log.exists()
+
+
+@pytest.mark.nightly("a hit and a passage, a minute each")
+@pytest.mark.parametrize(("door", "run_up", "engine"), [
+    ("paper", "mcv50", "pybullet"), ("size4", "zmp_limited", "mujoco")])
+def test_the_robot_hits_the_door_and_walks_through(tmp_path, door, run_up, engine):
+    """In the planned steps, with 15 mm of ZMP margin, and less than 80 N at the hand."""
+    found = pass_run.pass_door(tmp_path / "log.npz", door=door, run_up=run_up, engine=engine)
+    figures = passage_measures.summary(found.record, RobotModel(load_robot_config()))
+    assert (found.why, figures["passed"]) == ("", True)
+    assert figures["steps"] == len(found.plan.walk.footsteps)
+    assert figures["min_clearance_mm"] > 25.0
+    assert figures["min_margin_mm"] > 15.0
+    assert 0.0 < figures["hand_force_n"] < 80.0
+    assert figures["leaf_angle_error_deg"] < 5.0
