@@ -57,7 +57,7 @@ help:
 	@echo "make docs    the site of the documentation (out/site/index.html)"
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed runs (out/sweep/, or out/sweep_KIND_ENGINE/)   N=50 SEED=1 ENGINE=pybullet"
-	@echo "             KIND=hit|walk|miss|blocked|push: how far doors open, where walks end, what a miss, a bolt, a push do"
+	@echo "             KIND=hit|walk|miss|blocked|push|pass: how far doors open, where walks end, who gets through"
 	@echo "             CLUSTER=tcp://host:8786: on a Dask cluster instead of this machine"
 	@echo "make faults  faults of messages, executor, walker and driver in hits and walks   N=50 SEED=1"
 

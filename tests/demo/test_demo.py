@@ -59,8 +59,8 @@ def test_the_demonstration_runs_in_mujoco(ros2: Any, summary: dict[str, Any], tm
                 str(tmp_path))
     assert done.status == 0, done.out + done.err
     found = read(tmp_path)
-    assert {name: set(part) for name, part in found.items()} == {
-        name: set(part) for name, part in summary.items()}
+    assert {name: set(part or ()) for name, part in found.items()} == {
+        name: set(part or ()) for name, part in summary.items()}
     for run, engine in ((summary, "pybullet"), (found, "mujoco")):
         assert run["run"]["engine"] == engine
         assert {"pybullet", "mujoco"} & set(run["run"]["versions"]) == {engine}

@@ -43,11 +43,12 @@ class Hold(_Ending):
     """The hand catches the door and holds it."""
 
     def _judged(self) -> Reaction:
-        """End with success if the door stands still near the angle at which it is to be held."""
-        run, angles = self.run, self.run.door.recent
+        """End with success if the door stands still, and where it is to be pushed back to."""
+        run, plan, angles = self.run, self.run.plan, self.run.door.recent
         run.measured.held_angle = float(np.mean(angles))
         return self.ended(*reasons.held_verdict(
-            angles, run.plan.held_angle, run.settings.held_within))
+            angles, plan.held_angle, run.settings.held_within,
+            anywhere=plan.held_angle < plan.desired_angle))
 
 
 @dataclass(frozen=True, kw_only=True)

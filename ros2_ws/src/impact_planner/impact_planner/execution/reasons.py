@@ -95,25 +95,27 @@ def went_back(reason: str) -> str:
 
 
 def held_verdict(
-    angles: Sequence[float], desired: float, limit: float
+    angles: Sequence[float], planned: float, limit: float, *, anywhere: bool
 ) -> tuple[Outcome, str]:
-    """Judge whether a door stands still near an angle.
+    """Judge whether a door stands still, and near an angle if it was pushed there.
 
     Args:
         angles: Last angles of the door [rad].
-        desired: Desired angle [rad].
-        limit: Largest allowed distance from the desired angle, and largest allowed movement [rad].
+        planned: Planned angle [rad].
+        limit: Largest allowed distance from the planned angle, and largest allowed movement [rad].
+        anywhere: Whether it may stand at any angle: that at which the hand has caught it.
 
     Returns:
         The outcome, and a reason if the door is not held, else an empty text.
     """
     held, spread = float(np.mean(angles)), float(np.ptp(angles))
-    if max(abs(held - desired), spread) <= limit:
+    if max(0.0 if anywhere else abs(held - planned), spread) <= limit:
         return Outcome.SUCCESS, ""
     return Outcome.NOT_HELD, (
         f"the door is not held: it stands at {np.degrees(held):.1f} deg and moved by "
-        f"{np.degrees(spread):.1f} deg at the end, {np.degrees(desired):.1f} deg were desired, and "
-        f"an error and a movement of at most {np.degrees(limit):.1f} deg are allowed")
+        f"{np.degrees(spread):.1f} deg at the end, {np.degrees(planned):.1f} deg were planned, and "
+        f"{'' if anywhere else 'an error and '}a movement of at most {np.degrees(limit):.1f} deg "
+        f"{'is' if anywhere else 'are'} allowed")
 
 
 def off_track(
