@@ -62,7 +62,7 @@ def test_identify_finds_the_paper_door_and_plan_takes_its_file(
     (("hrp2_sim_bridge", "hrp2_sim_bridge", *BRIDGE, "log_file:=/dev/null/a.npz"), ("log_file",)),
     (("hrp2_sim_bridge", "hrp2_sim_bridge", *BRIDGE, "hinge_x:=1.0e300"), ("hinge_x",)),
     (("door_impact_evaluation", "demo", "--out", "OUT", "--target-deg", "nan"), ("-deg", "nan")),
-    (("door_impact_evaluation", "demo", "--out", "OUT", "--ending", "pass"), ("hold", "retreat")),
+    (("door_impact_evaluation", "demo", "--out", "OUT", "--ending", "crawl"), ("hold", "pass")),
     (("door_impact_evaluation", "demo", "--out", "OUT", "--hits", "6"), ("--hits", "6"))])
 def test_what_cannot_be_is_refused_before_anything_runs(
         called: Callable[..., Any], tmp_path: Path, broken_door: str, command: tuple[str, ...],
