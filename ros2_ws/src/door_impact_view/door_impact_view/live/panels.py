@@ -17,7 +17,7 @@ from door_impact_view.live.state import PlanSummary, State
 
 CONFIGURED = "as configured"
 RUN_UPS = ("mcv50", "zmp_limited")  # of PlanDoorImpact.srv
-ENDINGS = ("hold", "retreat")
+ENDINGS = ("hold", "retreat", "pass")
 _SHOWN = 12.0  # time for which a notification stays [s]
 _CELL = 'style="padding:1px 6px;text-align:left;vertical-align:top"'
 _BAD, _GOOD = "#b00020", "#00695c"
