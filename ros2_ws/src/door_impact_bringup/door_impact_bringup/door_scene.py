@@ -2,7 +2,7 @@
 
 The origin of ``door_frame`` is the point where the hinge axis meets the floor. Its axes are
 parallel to those of odom, and the face of the closed leaf lies in its plane y = 0. ``door_leaf``
-has the same origin and turns about -z when the door opens, as in the simulation.
+has the same origin and turns about -z when the door opens, about z if it is hinged at the left.
 """
 
 import math
@@ -11,6 +11,7 @@ import xml.etree.ElementTree as ET
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 from door_model.door.frame import frame_boxes
+from door_model.door.geometry import Hinge, along
 
 FRAME, LEAF, JOINT = "door_frame", "door_leaf", "door_hinge"
 # One sees what happens behind the wall.
@@ -23,12 +24,13 @@ Pose = tuple[float, float, float, float, float, float, float]
 Triple = tuple[float, float, float]
 
 
-def frame_pose(door_distance: float, hinge_x: float) -> Pose:
+def frame_pose(door_distance: float, hinge_x: float, hinge: Hinge = "right") -> Pose:
     """Return the pose of door_frame in odom.
 
     Args:
         door_distance: Distance from the origin of odom to the closed leaf's face, along -y [m].
-        hinge_x: x of the hinge in odom [m].
+        hinge_x: x of a hinge at the right in odom, -x of one at the left [m].
+        hinge: Side of the hinge.
 
     Raises:
         SettingError: A number is not finite.
@@ -36,16 +38,18 @@ def frame_pose(door_distance: float, hinge_x: float) -> Pose:
     for name, value in (("door_distance", door_distance), ("hinge_x", hinge_x)):
         if not math.isfinite(value):
             raise SettingError(name, value, "the place of the door, a finite number of metres")
-    return hinge_x, -door_distance, 0.0, 0.0, 0.0, 0.0, 1.0
+    return along(hinge) * hinge_x, -door_distance, 0.0, 0.0, 0.0, 0.0, 1.0
 
 
-def leaf_pose(angle: float) -> Pose:
+def leaf_pose(angle: float, hinge: Hinge = "right") -> Pose:
     """Return the pose of door_leaf in door_frame.
 
     Args:
         angle: Opening angle of the door [rad].
+        hinge: Side of its hinge.
     """
-    return 0.0, 0.0, 0.0, 0.0, 0.0, -math.sin(0.5 * angle), math.cos(0.5 * angle)
+    turn = -0.5 * along(hinge) * angle
+    return 0.0, 0.0, 0.0, 0.0, 0.0, math.sin(turn), math.cos(turn)
 
 
 def door_urdf(door: DoorConfig) -> str:
@@ -61,18 +65,21 @@ def door_urdf(door: DoorConfig) -> str:
     for name, color in _COLORS.items():
         ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=color)
     frame = ET.SubElement(robot, "link", name=FRAME)
-    for box in [] if door.frame is None else frame_boxes(door.leaf, door.frame):
+    for box in [] if door.frame is None else frame_boxes(
+            door.leaf, door.frame, hinge=door.hinge):
         color = "wall" if box.name.startswith("wall") else "frame"
         _add_box(frame, "visual", box.size, box.center, color, box.name)
         _add_box(frame, "collision", box.size, box.center, name=box.name)
     leaf = ET.SubElement(robot, "link", name=LEAF)
     size = (door.leaf.width, door.leaf.thickness, door.leaf.height)
-    _add_box(leaf, "visual", size, door.leaf.center(), "wood")
-    _add_box(leaf, "collision", size, door.leaf.center())
+    x, y, z = door.leaf.center()
+    center = along(door.hinge) * x, y, z
+    _add_box(leaf, "visual", size, center, "wood")
+    _add_box(leaf, "collision", size, center)
     joint = ET.SubElement(robot, "joint", name=JOINT, type="revolute")
     ET.SubElement(joint, "parent", link=FRAME)
     ET.SubElement(joint, "child", link=LEAF)
-    ET.SubElement(joint, "axis", xyz="0 0 -1")
+    ET.SubElement(joint, "axis", xyz=f"0 0 {-along(door.hinge):g}")
     widest = f"{door.linkage.opening_limit():.6f}"
     # URDF requires limits of effort and velocity; a door has none.
     ET.SubElement(joint, "limit", lower="0", upper=widest, effort="0", velocity="0")

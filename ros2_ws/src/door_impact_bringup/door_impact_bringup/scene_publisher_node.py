@@ -18,7 +18,7 @@ PARAMETERS = {
     "door": ("paper", "name of a door in door_model/doors, or a YAML file"),
     "door_distance": (
         math.nan, "distance from the origin of odom to the closed leaf's face, along -y [m]"),
-    "hinge_x": (math.nan, "x of the hinge in odom [m]"),
+    "hinge_x": (math.nan, "x of a hinge at the right in odom, -x of one at the left [m]"),
     "world_frame": ("odom", "name of the frame in which the door stands"),
 }
 
@@ -37,9 +37,10 @@ class ScenePublisher(GuardedNode):
     def __init__(self) -> None:
         super().__init__("scene_publisher")
         parameters = Parameters(self, PARAMETERS)
-        urdf = door_scene.door_urdf(load_door(parameters.text("door")))
+        door = load_door(parameters.text("door"))
+        self._hinge, urdf = door.hinge, door_scene.door_urdf(door)
         frame = door_scene.frame_pose(
-            parameters.number("door_distance"), parameters.number("hinge_x"))
+            parameters.number("door_distance"), parameters.number("hinge_x"), self._hinge)
         world = parameters.text("world_frame")
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -53,7 +54,7 @@ class ScenePublisher(GuardedNode):
 
     def _on_angle(self, message: JointState) -> None:
         if self._moving.get_subscription_count() and message.position:
-            leaf = door_scene.leaf_pose(message.position[0])
+            leaf = door_scene.leaf_pose(message.position[0], self._hinge)
             frames = (door_scene.FRAME, door_scene.LEAF)
             self._moving.publish(transforms(message.header.stamp, [frames], [leaf]))
 

@@ -3,6 +3,7 @@
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from door_impact_common.errors import SettingError
 from door_impact_view.scene.urdf import read_urdf
 from door_model.door.config import load_door
 from door_model.door.frame import frame_boxes
+from door_model.door.geometry import Hinge, along
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.physics.pybullet.door_frame import FrameBodies
 from hrp2_sim_bridge.physics.pybullet.leaf import HINGE, LeafBody
@@ -48,19 +50,19 @@ def place(client: Any, pose: door_scene.Pose) -> tuple[Any, Any]:
     return client.multiplyTransforms(pose[:3], pose[3:], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0])
 
 
-@pytest.mark.parametrize("angle_deg", [0.0, 25.0])
+@pytest.mark.parametrize(("hinge", "angle_deg"), [("right", 0.0), ("right", 25.0), ("left", 25.0)])
 def test_the_shown_door_is_where_the_simulated_one_is(
-        clients: tuple[Any, Any], tmp_path: Path, angle_deg: float) -> None:
+        clients: tuple[Any, Any], tmp_path: Path, hinge: Hinge, angle_deg: float) -> None:
     """Rays from the front and from above hit the shown leaf, wall and lintel as the simulated."""
-    angle = math.radians(angle_deg)
+    angle, door, x = math.radians(angle_deg), replace(DOOR, hinge=hinge), along(hinge) * HINGE_X
     simulated, shown = clients
-    body = LeafBody(simulated, DOOR, DISTANCE, HINGE_X, SURFACE).body
+    body = LeafBody(simulated, door, DISTANCE, x, SURFACE).body
     simulated.resetJointState(body, HINGE, angle)
-    boxes = frame_boxes(DOOR.leaf, DOOR.frame, (HINGE_X, -DISTANCE, 0.0))
+    boxes = frame_boxes(DOOR.leaf, DOOR.frame, (x, -DISTANCE, 0.0), hinge)
     FrameBodies(simulated, boxes, body, 0.3, 0.8)
     path = tmp_path / "door.urdf"
-    path.write_text(door_scene.door_urdf(DOOR))
-    pose = place(shown, door_scene.frame_pose(DISTANCE, HINGE_X))
+    path.write_text(door_scene.door_urdf(door))
+    pose = place(shown, door_scene.frame_pose(DISTANCE, HINGE_X, hinge))
     body = shown.loadURDF(str(path), *pose, useFixedBase=True)
     shown.resetJointState(body, 0, angle)  # which is the same as the leaf's transform, see below
     expected = hits(simulated)
@@ -68,18 +70,19 @@ def test_the_shown_door_is_where_the_simulated_one_is(
     np.testing.assert_allclose(hits(shown), expected, atol=1e-6)
 
 
+@pytest.mark.parametrize("hinge", ["right", "left"])
 def test_the_urdfs_joint_opens_like_the_transform(
-        clients: tuple[Any, Any], tmp_path: Path) -> None:
+        clients: tuple[Any, Any], tmp_path: Path, hinge: Hinge) -> None:
     """A viewer that moves the joint door_hinge itself shows the leaf in its pose on /tf."""
     angle_deg = 40.0
     client, _ = clients
     path = tmp_path / "door.urdf"
-    path.write_text(door_scene.door_urdf(DOOR))
+    path.write_text(door_scene.door_urdf(replace(DOOR, hinge=hinge)))
     door = client.loadURDF(str(path), useFixedBase=True)
     assert client.getJointInfo(door, 0)[1].decode() == "door_hinge"
     client.resetJointState(door, 0, math.radians(angle_deg))
     position, turn = client.getLinkState(door, 0, computeForwardKinematics=True)[4:6]
-    row = door_scene.leaf_pose(math.radians(angle_deg))
+    row = door_scene.leaf_pose(math.radians(angle_deg), hinge)
     np.testing.assert_allclose([*position, *turn], row, atol=1e-6)
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from door_impact_evaluation.run import pass_run, passage_measures
 from door_model.door.config import load_door
@@ -18,11 +19,13 @@ def test_a_door_whose_frame_is_not_known_is_refused_before_anything_is_simulated
 
 
 @pytest.mark.nightly("a hit and a passage, a minute each")
-@pytest.mark.parametrize(("door", "run_up", "engine"), [
-    ("paper", "mcv50", "pybullet"), ("size4", "zmp_limited", "mujoco")])
-def test_the_robot_hits_the_door_and_walks_through(tmp_path, door, run_up, engine):
+@pytest.mark.parametrize(("door", "hinge", "run_up", "engine"), [
+    ("paper", "right", "mcv50", "pybullet"), ("size4", "right", "zmp_limited", "mujoco"),
+    ("paper", "left", "mcv50", "mujoco")])
+def test_the_robot_hits_the_door_and_walks_through(tmp_path, door, hinge, run_up, engine):
     """In the planned steps, with 15 mm of ZMP margin, and less than 80 N at the hand."""
-    found = pass_run.pass_door(tmp_path / "log.npz", door=door, run_up=run_up, engine=engine)
+    found = pass_run.pass_door(tmp_path / "log.npz", door=replace(load_door(door), hinge=hinge),
+                               run_up=run_up, engine=engine)
     figures = passage_measures.summary(found.record, RobotModel(load_robot_config()))
     assert (found.why, figures["passed"]) == ("", True)
     assert figures["steps"] == len(found.plan.walk.footsteps)
@@ -30,3 +33,7 @@ def test_the_robot_hits_the_door_and_walks_through(tmp_path, door, run_up, engin
     assert figures["min_margin_mm"] > 15.0
     assert 0.0 < figures["hand_force_n"] < 80.0
     assert figures["leaf_angle_error_deg"] < 5.0
+    with np.load(tmp_path / "log.npz") as log:
+        touching = log["contact_link"][log["contact_force"] > 5.0]
+        assert {log["link_names"][link][0].lower() for link in touching} == {hinge[0]}
+        assert log["base_position"][-1, 1] < -log["door_distance"]

@@ -123,6 +123,8 @@ def test_a_door_that_is_passed_has_its_own_leaf_in_a_frame_that_fits():
     assert door.i_a / plain.i_a == pytest.approx(plain.leaf.width**-3.0, rel=0.01)
     assert door.frame.width - 1.0 == pytest.approx(plain.frame.width - plain.leaf.width)
     assert (known.width, known.frame) == (1.0, (door.leaf, door.frame))
+    hinges = [passing.simulated_door(case).hinge for case in passing.draw(8, 1)]
+    assert hinges == 4 * ["right"] + 4 * ["left"]
 
 
 def test_a_refused_passage_did_not_pass_but_a_robot_before_the_door_stands():

@@ -131,7 +131,8 @@ class WorldSettings:
         1.0, "multiple of the stiffness of the soles' rubber, unknown to the stabilizer")
     start: _Start = _setting(
         (0.0, 0.0, 0.0), "where the robot stands at first, and after a reset: x [m], y [m] and "
-        "heading [rad] of the middle between the soles in odom")
+        "heading [rad] of the middle between the soles in odom; before a door hinged at the left "
+        "the mirror image of this")
     log: bool = True
     sensors: SensorSettings = SensorSettings()
 

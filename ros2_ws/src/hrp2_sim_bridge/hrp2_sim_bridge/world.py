@@ -14,8 +14,10 @@ from door_impact_common.arrays import Array
 from door_impact_common.documents import checked
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
+from door_model.door.geometry import along
 from hrp2_description.robot import RobotConfig, needed
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
+from humanoid_motion.mirror import Mirror
 
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
 from hrp2_sim_bridge.control.drives import Actuation
@@ -77,7 +79,7 @@ class World(Driver):
         robot: Configuration of the robot.
         door: Configuration of the door.
         door_distance: Distance of the leaf's face from the origin, towards -y [m].
-        hinge_x: x of the hinge; it is negative behind the robot [m].
+        hinge_x: x of a hinge at the right, negative behind the robot; -x of one at the left [m].
         posture: Joint angles at the start, (30,) [rad]; the default is half-sitting.
         engine: One of `settings.ENGINES`, of which a new engine is made, or an engine.
         settings: Other fields of `WorldSettings`.
@@ -114,6 +116,8 @@ class World(Driver):
         engine: Engine | str = WorldSettings.engine,
         **settings: Any,
     ) -> None:
+        if door.hinge == "left":
+            robot = Mirror(robot).left_armed(robot)
         self.robot_config = robot
         self.door_config = door
         name = engine if isinstance(engine, str) else engine.name
@@ -122,7 +126,8 @@ class World(Driver):
         require_place(door_distance, hinge_x)
         self.contact = design_leaf(door, hinge_x, self.settings)
         self._scene = Scene(
-            robot, self._posture, door, door_distance, hinge_x, self.contact, self.settings)
+            robot, self._posture, door, door_distance, along(door.hinge) * hinge_x, self.contact,
+            self.settings)
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
         self.driver = TrajectoryDriver(limits, self._posture)
         self.engine = make_engine(engine) if isinstance(engine, str) else engine
@@ -142,6 +147,11 @@ class World(Driver):
     def time(self) -> float:
         """Simulated time [s]."""
         return self._ticks * TICK
+
+    @property
+    def commanded(self) -> Array:
+        """Posture that the driver commands now, (J,) [rad]."""
+        return np.asarray(self.driver.sample(self.time).position)
 
     @property
     def door_state(self) -> DoorState:
@@ -256,6 +266,7 @@ class World(Driver):
         return self._log.arrays(self.engine, self.robot_config) | {
             "link_names": np.array(self.engine.link_names),
             "door": self.door_config.name,
+            "hinge": self.door_config.hinge,
             "door_distance": self._scene.door_distance,
             "hinge_x": self._scene.hinge_x,
             "i_a": self.door_config.i_a,

@@ -8,9 +8,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
+from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
+from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import RobotConfig
 from numpy.typing import NDArray
+
+FLIP = np.array([1.0, -1.0, 1.0])
+"""Factors of a vector's reflection in the plane y = 0 of a frame of the robot."""
+_SAME = 1e-3  # largest difference of twins' places [m], and of entries of rotations and axes
 
 coal = pin.coal if hasattr(pin, "coal") else pin.hppfcl  # its name in Jazzy's Pinocchio
 
@@ -47,6 +53,41 @@ def joint_columns(
     """Return where joints, given by their names, stand in Pinocchio's q and v, (J,) each."""
     joints = [model.joints[model.getJointId(name)] for name in names]
     return np.array([joint.idx_q for joint in joints]), np.array([joint.idx_v for joint in joints])
+
+
+def find_twins(model: Any) -> tuple[NDArray[np.int_], Array]:
+    """Find each joint's mirror image in the plane y = 0 of base_link, by places and axes alone.
+
+    Args:
+        model: Model of `free_floating_model`.
+
+    Returns:
+        For each of Pinocchio's joints the number of its twin, itself for universe, base and joints
+        of the trunk, and the sign that an angle gets in the mirror: -1 for HRP-2's joints about x
+        and z.
+
+    Raises:
+        RobotConfigError: A joint has no twin: the robot is not symmetric within 1 mm.
+    """
+    data, count = model.createData(), model.njoints
+    pin.computeJointJacobians(model, data, pin.neutral(model))
+    place, turn = (np.array([getattr(pose, part) for pose in data.oMi])
+                   for part in ("translation", "rotation"))
+    image = FLIP[:, None] * turn * FLIP
+    axis = np.zeros((count, 3))
+    axis[2:] = data.J[3:, [joint.idx_v for joint in list(model.joints)[2:]]].T
+    align = (-FLIP * axis) @ axis.T  # an axis of rotation is an axial vector
+    same = ((np.abs(FLIP * place - place[:, None]).max(axis=2) < _SAME)
+            & (np.abs(image - turn[:, None]).max(axis=(2, 3)) < _SAME)
+            & (np.abs(align) > 1.0 - _SAME))
+    same[:2, :2] = np.eye(2, dtype=bool)
+    lost = np.flatnonzero(same.sum(axis=0) != 1)
+    if lost.size:
+        raise RobotConfigError(
+            "the robot has no mirror image", value=[model.names[int(joint)] for joint in lost],
+            limit="one joint at the mirrored place of each")
+    twin = same.argmax(axis=0)
+    return twin, np.where(align[np.arange(count), twin] < 0.0, -1.0, 1.0)
 
 
 def link_tree(config: RobotConfig) -> tuple[tuple[str, str], ...]:

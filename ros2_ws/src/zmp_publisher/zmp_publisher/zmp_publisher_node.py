@@ -27,6 +27,8 @@ from door_impact_common.errors import SettingError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
 from door_impact_common.stamps import nanoseconds, seconds
+from door_model.door.config import hinge_of
+from door_model.door.geometry import before
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.kinematics import pose_row
@@ -51,8 +53,11 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_start": (
         [0.0, 0.0, 0.0],
         "where the robot stands at first, and after a reset: x [m], y [m] and heading [rad] of the "
-        "middle between the soles in the world frame",
+        "middle between the soles in the world frame; before a door hinged at the left the mirror "
+        "image of this",
     ),
+    "door": ("", "name or YAML file of the door before the robot, for the side of its hinge; "
+             "empty: at the right"),
     "threshold": (0.2, "share of the weight below which no /zmp is published"),
     "support_share": (0.05, "share of the weight above which a sole counts as support"),
     "hysteresis": (0.05, "the other sole takes over above the share 0.5 + hysteresis of the load"),
@@ -100,7 +105,8 @@ class ZmpPublisher(GuardedNode):
             self._model,
             loaded_force=share * weight,
             hysteresis=parameters.number("hysteresis"),
-            start=parameters.numbers("robot_start", 3),
+            start=before(
+                hinge_of(parameters.text("door")), parameters.numbers("robot_start", 3)),
         )
         self._intake = Intake({
             JOINTS: self._model.joint_ranges, IMU: INERTIAL,

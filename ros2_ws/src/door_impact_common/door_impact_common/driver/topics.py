@@ -39,6 +39,7 @@ from door_impact_common.driver.names import (
     WRENCHES,
 )
 from door_impact_common.driver.samples import Doubt, Measured
+from door_impact_common.driver.sight import Straight
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
 from door_impact_common.stamps import seconds
@@ -70,7 +71,8 @@ class RobotTopics:
         judge: Function that finds the doubts about complete samples of a robot at rest.
         door: Whether the door's angle is read, too.
         hand: Whether the force on the right hand is read, too, if the driver has it.
-        further: Type, name and handler of topics that are only passed on.
+        further: Type, name and handler of topics that are only passed on, as they are.
+        sight: How robot and door are seen; topics have the names that they have in it.
 
     Attributes:
         inputs: The measurements.
@@ -84,7 +86,9 @@ class RobotTopics:
         judge: Callable[[Sequence[Measured]], Sequence[Doubt]], *,
         door: bool = False, hand: bool = False,
         further: Sequence[tuple[Any, str, Callable[[Any], None]]] = (),
+        sight: Straight | None = None,
     ) -> None:
+        self._sight = sight or Straight()
         self._node, self._after, self._judge = node, after, judge
         self._names = list(joint_names)
         self._ignored: dict[str, str] = {}  # why the last message of a topic could not be used
@@ -171,7 +175,7 @@ class RobotTopics:
             return f": the last one was ignored, {self._ignored[topic]}"
         if topic in self.inputs.intake.last_dropped:
             return f": the last one was dropped, {self.inputs.intake.last_dropped[topic]}"
-        return silence_of(self._node, topic)
+        return silence_of(self._node, self._sight.text(topic))
 
     # -- messages -------------------------------------------------------------------------------
 
@@ -183,9 +187,10 @@ class RobotTopics:
             underway = 1e-9 * (time.time_ns() - sent) if sent else 0.0
             self._newest = present(self._clock(), self._newest, stamp)
             with self._ends_the_motion():
-                self._after(stamp, handle(message, Arrival(stamp, self.now(), underway)))
+                self._after(stamp, handle(
+                    self._sight.message(message), Arrival(stamp, self.now(), underway)))
 
-        return self._node.create_subscription(kind, topic, callback, 50)
+        return self._node.create_subscription(kind, self._sight.text(topic), callback, 50)
 
     def _on_joints(self, message: JointState, arrival: Arrival) -> Sequence[Any]:
         state = joint_arrays(message, self._names)
@@ -212,7 +217,8 @@ class RobotTopics:
         return self.inputs.on_hand(arrival, wrench_row(message.wrench))
 
     def _on_zmp(self, message: PointStamped) -> None:
-        self.zmp = (seconds(message.header.stamp), np.array([message.point.x, message.point.y]))
+        place = self._sight.message(message).point
+        self.zmp = (seconds(message.header.stamp), np.array([place.x, place.y]))
 
     def _ignore(self, topic: str, why: str) -> Sequence[Any]:
         self._ignored[topic] = why
@@ -256,7 +262,7 @@ class RobotTopics:
 
     def crowded(self) -> dict[str, list[str]]:
         """Names of a topic's publishers, for each topic that has one too many."""
-        return crowded(self._node, (*self._handlers, TRAJECTORY))
+        return crowded(self._node, (*map(self._sight.text, self._handlers), TRAJECTORY))
 
 
 def silence_of(node: GuardedNode, topic: str) -> str:

@@ -5,7 +5,7 @@ import math
 import os
 import platform
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -207,7 +207,8 @@ def write(received: Received, out: Path) -> None:
     """
     if not received.phases:
         raise DemoError(f"the motion never began: {received.outcome.message}")
-    log = simulation_log.load(out / "simulation.npz", received.phases[0][0])
+    log, true = (simulation_log.load(out / "simulation.npz", received.phases[0][0], as_it_was=each)
+                 for each in (False, True))
     starts = {name: time for time, name in received.phases}
     if "cam" not in starts:
         raise DemoError(f"the robot did not hit the door: {received.outcome.message}")
@@ -227,7 +228,7 @@ def write(received: Received, out: Path) -> None:
     summary = summarize(received, log, hit, record, raw)
     since = summary["passage"] and summary["passage"]["hit_to_clear_s"]
     whole = {"after": since + STANDS, "slow_motion": 1.0, "follow": True} if since else {}
-    animation.hit(log, robot, door, record.contact_time, out / "impact.gif", **whole)
+    animation.hit(true, robot, door, record.contact_time, out / "impact.gif", **whole)
     _, held_until = record.phases[received.plan.phases[-1].name]
     falls = (t >= record.peak_time) & (t <= held_until)
     caught_deg = float(np.degrees(log.motion.door_angle[falls].min()))
@@ -235,7 +236,9 @@ def write(received: Received, out: Path) -> None:
     heading = _heading(summary, received.outcome)
     notes = [*received.plan.warnings, *received.parameters.warnings]
     notes += [log.fell] if log.fell else []
-    replay = replay_of(run_of_log(record, log, received.plan, robot, door))
+    shown = replace(record, motion=true.motion, support=evaluation.support(
+        true.motion, robot, window=evaluation.WINDOW))
+    replay = replay_of(run_of_log(shown, true, received.plan, robot, door))
     report.write(rows, heading, notes, replay, out / "report.html")
     write_whole(out / "summary.json", json.dumps(summary, indent=2) + "\n")
     print(table.text(rows), flush=True)

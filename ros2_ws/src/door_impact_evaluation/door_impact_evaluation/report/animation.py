@@ -10,6 +10,7 @@ import numpy as np
 from door_impact_bringup import door_scene
 from door_impact_common.arrays import Array
 from door_model.door.config import DoorConfig
+from door_model.door.geometry import along
 from hrp2_description.robot import RobotConfig
 from hrp2_sim_bridge.physics.pybullet.client import connect
 from PIL import Image, ImageDraw, ImageFont
@@ -22,7 +23,8 @@ LINE_COLOUR = (0.45, 0.47, 0.50, 1.0)
 # Without effect here; PyBullet warns of a link that has none.
 _INERTIAL = ('<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
              "</inertial>")
-CAMERA = ((2.9, -0.1, 1.5), (0.0, -0.5, 0.75))  # place of the camera and its target, in odom [m]
+# Place of the camera and its target in odom [m]; before a door hinged at the left it is at -x.
+CAMERA = ((2.9, -0.1, 1.5), (0.0, -0.5, 0.75))
 
 
 def hit(log: SimulationLog, robot: RobotConfig, door: DoorConfig, contact_time: float, path: Path,
@@ -31,7 +33,7 @@ def hit(log: SimulationLog, robot: RobotConfig, door: DoorConfig, contact_time: 
     """Write a GIF of the run-up, the hit, the opening, and what follows.
 
     Args:
-        log: The simulation's log, with the place of the door.
+        log: The simulation's log as it was, with the place of the door.
         robot: The robot, for its URDF and the names of its joints.
         door: The door, for the size of its leaf.
         contact_time: Time of the hit [s].
@@ -63,7 +65,8 @@ def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Arr
         _box(client, (1.8, 1.6, 0.01), (0.3, -0.6, -0.01), FLOOR_COLOUR)
         # A line on the floor marks the closed leaf, so that the opening angle can be seen.
         half, y = door.leaf.width / 2, -log.door_distance - door.leaf.thickness / 2
-        _box(client, (half, 0.012, 0.001), (log.hinge_x + half, y, 0.0), LINE_COLOUR)
+        side = along(door.hinge)
+        _box(client, (half, 0.012, 0.001), (log.hinge_x + side * half, y, 0.0), LINE_COLOUR)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "door.urdf"
             path.write_text(_visible(door_scene.door_urdf(door)))
@@ -79,7 +82,8 @@ def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Arr
                 client.resetJointState(body, index[name], angle)
             client.resetJointState(leaf, 0, motion.door_angle[row])
             way = follow * (motion.base_position[row] - begin) * [1.0, 1.0, 0.0]
-            view = client.computeViewMatrix(*(np.array(CAMERA) + way).tolist(), (0, 0, 1))
+            place = np.array(CAMERA) * [side, 1.0, 1.0] + way
+            view = client.computeViewMatrix(*place.tolist(), (0, 0, 1))
             _, _, pixels, _, _ = client.getCameraImage(
                 *SIZE, view, projection, lightDirection=(1.5, 1.0, 3.0), shadow=1,
                 renderer=client.ER_TINY_RENDERER)

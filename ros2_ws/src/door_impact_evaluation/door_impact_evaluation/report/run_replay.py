@@ -30,7 +30,7 @@ def run_of_log(record: DemoRecord, log: SimulationLog, plan: Any, robot: RobotCo
 
     Args:
         record: What was measured of the motion.
-        log: The simulation's log.
+        log: The simulation's log as it was.
         plan: Message ImpactPlan with the plan that was executed; its trajectories are not needed.
         robot: The robot, for its URDF.
         door: The door, for its leaf.

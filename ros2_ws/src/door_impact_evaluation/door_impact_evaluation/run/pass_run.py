@@ -97,8 +97,7 @@ def pass_door(
         if execution.outcome is Outcome.SUCCESS and not world.fell:
             try:
                 plan = plan_passage(robot, hold.found(
-                    last[0].position, hold.stance, execution.door_angle,
-                    world.driver.sample(world.time).position,
+                    last[0].position, hold.stance, execution.door_angle, world.commanded,
                     np.asarray(last[0].imu.orientation)), passing)
                 passage = Passage(robot, plan, yields=passing.yields)
                 _, begin = walk_run.execute(

@@ -1,9 +1,10 @@
 """Hold the measurements of a run as arrays, of which figures and summary are made."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from door_impact_common.arrays import Array
+from humanoid_motion.mirror import Mirror, headings, orientations, places, wrenches
 from numpy.typing import NDArray
 
 
@@ -44,6 +45,16 @@ class Motion:
     joints: Array
     base_position: Array
     com: Array
+
+    def reflected(self, mirror: Mirror) -> "Motion":
+        """Return the motion of the robot's mirror image, in which the feet change sides."""
+        return replace(
+            self, left_wrench=wrenches(self.right_wrench), right_wrench=wrenches(self.left_wrench),
+            left_sole=places(self.right_sole), right_sole=places(self.left_sole),
+            left_heading=headings(self.right_heading), right_heading=headings(self.left_heading),
+            base_orientation=orientations(self.base_orientation),
+            joints=mirror.joints(self.joints), base_position=places(self.base_position),
+            com=places(self.com))
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
 
 from door_impact_evaluation.run import evaluation, simulation_log
+from door_impact_evaluation.run.mirrored_world import MirroredWorld
 
 Watch = Callable[[World, TickSample], None]
 """Function that is called after each tick with the world and the sample of its sensors."""
@@ -136,8 +137,9 @@ def world_of(
 ) -> World:
     """Make the world in which a hit is executed; arguments and errors as of `rehearse`."""
     placement = plan.hit.placement
-    return World(robot.config, door, placement.door_distance + door_offset, placement.hinge_x,
-                 **settings)
+    kind = MirroredWorld if door.hinge == "left" else World
+    return kind(robot.config, door, placement.door_distance + door_offset, placement.hinge_x,
+                **settings)
 
 
 def impact_of(

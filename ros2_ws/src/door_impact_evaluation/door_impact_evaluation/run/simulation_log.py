@@ -1,4 +1,8 @@
-"""Read the simulation's own log, which only the evaluation knows."""
+"""Read the simulation's own log, which only the evaluation knows.
+
+Of a run at a door hinged at the left, the motion is read as that of the robot's mirror image at a
+door hinged at the right, for which everything is defined.
+"""
 
 import json
 from dataclasses import dataclass
@@ -7,6 +11,9 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_model.door.geometry import along
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.mirror import Mirror
 
 from door_impact_evaluation.run.evaluation import Impact, heading, tilt
 from door_impact_evaluation.run.record import Motion
@@ -57,7 +64,7 @@ class SimulationLog:
         pad_force: Largest normal force of the pads in each tick, (T,) [N].
         pad_impulse: Angular impulses of the pads on the joints in each tick, (T, 30) [N m s].
         door_distance: Distance of the closed leaf's face from the origin of odom [m].
-        hinge_x: x of the hinge in odom [m].
+        hinge_x: x of the hinge in odom, of a hinge at the left -x [m].
         i_a: Moment of inertia of the simulated leaf about its hinge [kg m^2].
         engine: Name of the physics engine.
     """
@@ -99,12 +106,13 @@ class SimulationLog:
             float(self.pad_force[ticks].max()), float(carried.sum()))
 
 
-def load(path: Path, start: float) -> SimulationLog:
+def load(path: Path, start: float, *, as_it_was: bool = False) -> SimulationLog:
     """Read a log.
 
     Args:
         path: File that the simulation wrote (.npz).
         start: Time at which the motion begins; earlier samples are left out [s].
+        as_it_was: Whether a door hinged at the left stays there, to be drawn.
     """
     with np.load(path) as data:
         log: dict[str, Any] = {name: data[name] for name in data.files}
@@ -130,6 +138,9 @@ def load(path: Path, start: float) -> SimulationLog:
     at_ticks = np.clip(np.searchsorted(log["time"], log["tick_time"] - _ROUNDING), 0,
                        len(log["time"]) - 1)
     tracking = np.abs(log["q"][at_ticks] - log["tick_reference"])[ticks]
+    side = 1.0 if as_it_was else along(str(log["hinge"]))
+    if side < 0.0:
+        motion = motion.reflected(Mirror(load_robot_config()))
     names = log["joint_names"].tolist()
     braced = [names.index(name) for name in log["braced_joints"].tolist()]
     free = [i for i in range(len(names)) if i not in braced]
@@ -148,7 +159,7 @@ def load(path: Path, start: float) -> SimulationLog:
         pad_force=log["tick_pad_force"][ticks].astype(float),
         pad_impulse=log["tick_pad_impulse"][ticks].astype(float),
         door_distance=float(log["door_distance"]),
-        hinge_x=float(log["hinge_x"]),
+        hinge_x=side * float(log["hinge_x"]),
         i_a=float(log["i_a"]),
         engine=json.loads(str(log["settings"]))["engine"],
     )

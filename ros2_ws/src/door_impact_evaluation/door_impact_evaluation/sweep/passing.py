@@ -21,7 +21,7 @@ WIDTHS = (0.8, 1.0)  # range of the leaf's width [m]
 
 
 def draw(n: int, seed: int) -> list[Row]:
-    """Draw n cases; doors take turns."""
+    """Draw n cases; doors take turns, and after each turn the hinge changes its side."""
     return [_drawn(index, seed) for index in range(n)]
 
 
@@ -30,6 +30,7 @@ def _drawn(index: int, seed: int) -> Row:
     c_c, k_c, tau = random.uniform(*hit.CLOSER, 3).tolist()
     return {
         "group": door, "index": index, "door": door, "run_up": DOORS[door],
+        "hinge": ("right", "left")[index // len(DOORS) % 2],
         "c_c_scale": c_c, "k_c_scale": k_c, "tau_scale": tau,
         "width": float(random.uniform(*WIDTHS)),
         "door_offset": float(random.uniform(-hit.DOOR_OFF, hit.DOOR_OFF)),
@@ -43,7 +44,8 @@ def simulated_door(case: Row) -> DoorConfig:
     plain, width = hit.simulated_door(case), case["width"]
     leaf = replace(plain.leaf, width=width, mass=plain.leaf.mass * width / plain.leaf.width)
     geometry = DoorGeometry(plain.name, plain.leaf, plain.linkage, plain.frame).with_leaf(leaf)
-    return replace(plain, leaf=leaf, frame=geometry.frame, i_a=leaf.moment_of_inertia())
+    return replace(plain, leaf=leaf, frame=geometry.frame, hinge=case["hinge"],
+                   i_a=leaf.moment_of_inertia())
 
 
 def run(case: Row) -> Iterator[Row]:

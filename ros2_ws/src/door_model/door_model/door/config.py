@@ -14,7 +14,7 @@ from door_model.checks import require_within
 from door_model.data import data_path
 from door_model.door.closer import FourBarCloser
 from door_model.door.door import Door, Zone
-from door_model.door.geometry import DoorGeometry, Frame, Leaf
+from door_model.door.geometry import DoorGeometry, Frame, Hinge, Leaf
 from door_model.errors import ConfigError, DeadCentreError, DoorModelError
 
 WORKING_RANGE = math.pi / 2.0
@@ -46,6 +46,7 @@ class DoorConfig:
         latch: Zone in which closing has another viscosity; None means that there is none.
         friction: Coulomb friction at the hinge [N m].
         frame: Frame and wall around the leaf; None means that nothing is known of them.
+        hinge: Side of the hinge for somebody who is to push the door open.
     """
 
     name: str
@@ -61,6 +62,7 @@ class DoorConfig:
     latch: Zone | None = None
     friction: float = 0.0
     frame: Frame | None = None
+    hinge: Hinge = "right"
 
     def door(self) -> Door:
         """Return the door of eq. (1)."""
@@ -105,6 +107,8 @@ class DoorConfig:
         }
         if self.frame is not None:
             document["frame"] = asdict(self.frame)
+        if self.hinge != "right":
+            document["hinge"] = self.hinge
         return yaml_text(document)
 
 
@@ -124,6 +128,7 @@ class _Geometry(Part):
     leaf: Leaf
     linkage: FourBarCloser
     frame: Frame | None = None
+    hinge: Hinge = "right"
     closer: Any = None
     restitution: Any = None
     i_a: Any = None
@@ -172,6 +177,8 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
           wall_thickness: 0.14  # [m]
           threshold: 0.0        # [m], its height; 0 without this key
 
+    and ``hinge: left`` where the hinge is at the left of who pushes the door open.
+
     Args:
         name_or_path: Name of a door of this package, such as "paper", or a YAML file.
 
@@ -190,6 +197,7 @@ def load_door(name_or_path: str | Path) -> DoorConfig:
         restitution=found.restitution,
         friction=found.friction,
         frame=found.frame,
+        hinge=found.hinge,
         **{key: getattr(found.closer, key) for key in _CLOSER},
     )
     try:
@@ -234,7 +242,16 @@ def load_geometry(name_or_path: str | Path) -> DoorGeometry:
     """
     source, document = _read(name_or_path)
     found = _checked(source, _Geometry, document)
-    return DoorGeometry(found.name, found.leaf, found.linkage, found.frame)
+    return DoorGeometry(found.name, found.leaf, found.linkage, found.frame, found.hinge)
+
+
+def hinge_of(name_or_path: str) -> Hinge:
+    """Read on which side a door's hinge is; without a name it is at the right.
+
+    Raises:
+        ConfigError: As of `load_geometry`.
+    """
+    return load_geometry(name_or_path).hinge if name_or_path else "right"
 
 
 def _read(name_or_path: str | Path) -> tuple[str, Any]:

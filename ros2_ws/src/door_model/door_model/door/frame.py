@@ -29,7 +29,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from door_model.door.geometry import CLEAR_ANGLE, FLOOR_CLEARANCE, FRAME_GAP, Frame, Leaf
+from door_model.door.geometry import (
+    CLEAR_ANGLE,
+    FLOOR_CLEARANCE,
+    FRAME_GAP,
+    Frame,
+    Hinge,
+    Leaf,
+    along,
+)
 
 THRESHOLD = "threshold"  # name of the box on which feet may stand
 _LINTEL_GAP = 0.01  # distance between leaf and lintel, our choice [m]
@@ -60,7 +68,9 @@ class FixedBox:
         return 0.5 * x, 0.5 * y, 0.5 * z
 
 
-def frame_boxes(leaf: Leaf, frame: Frame, origin: Triple = (0.0, 0.0, 0.0)) -> list[FixedBox]:
+def frame_boxes(
+    leaf: Leaf, frame: Frame, origin: Triple = (0.0, 0.0, 0.0), hinge: Hinge = "right"
+) -> list[FixedBox]:
     """Return the boxes of a frame and of the wall around it.
 
     They touch each other, but do not overlap; one thinner than 0.1 mm is left out. A threshold
@@ -71,6 +81,7 @@ def frame_boxes(leaf: Leaf, frame: Frame, origin: Triple = (0.0, 0.0, 0.0)) -> l
         leaf: The leaf.
         frame: Its frame.
         origin: Point where the hinge axis meets the floor, (3,) [m].
+        hinge: Side of the hinge; at the left x points away from the leaf.
 
     Raises:
         DoorParameterError: The leaf does not fit into the frame.
@@ -91,15 +102,16 @@ def frame_boxes(leaf: Leaf, frame: Frame, origin: Triple = (0.0, 0.0, 0.0)) -> l
         "lintel": ((left, right), (far, near), (clear, top)),
         THRESHOLD: ((-gap, right), (begin, near), (0.0, frame.threshold)),
     }
-    boxes = [_between(name, pairs, origin) for name, pairs in limits.items()]
+    boxes = [_between(name, pairs, origin, along(hinge)) for name, pairs in limits.items()]
     return [box for box in boxes if min(box.size) >= _THINNEST]
 
 
 def _between(
-    name: str, limits: tuple[tuple[float, float], ...], origin: Triple
+    name: str, limits: tuple[tuple[float, float], ...], origin: Triple, side: float
 ) -> FixedBox:
     """Return the box between limits (3, 2) from an origin (3,); wrong order: a negative size."""
     (x, y, z) = (
-        start + 0.5 * (low + high) for start, (low, high) in zip(origin, limits, strict=True))
+        start + 0.5 * sign * (low + high)
+        for start, sign, (low, high) in zip(origin, (side, 1.0, 1.0), limits, strict=True))
     (a, b, c) = (high - low for low, high in limits)
     return FixedBox(name, (x, y, z), (a, b, c))

@@ -1,7 +1,9 @@
 """Geometry and mass of a door, which are measured; the closer's parameters are identified."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from door_impact_common.documents import NotNegative, Positive
 
@@ -18,6 +20,28 @@ CLEAR_ANGLE = math.radians(100.0)  # largest opening angle at which a frame leav
 FRAME_GAP = 0.005  # least distance between a leaf that turns and its frame, our choice [m]
 HIGHEST_THRESHOLD = 0.03  # highest threshold that a frame may have [m]
 _DECIMALS = 9  # of a computed width [m]: rounding errors do not belong in a door's file
+
+Hinge = Literal["right", "left"]
+"""Side of the hinge for somebody who stands on the push side and faces the closed door."""
+
+
+def along(hinge: str) -> float:
+    """Return the sign of x in odom from a hinge to the closed leaf's free edge.
+
+    All mathematics is that of a door hinged at the right; one hinged at the left is its mirror
+    image in the plane x = 0 of odom. Both open towards -y, the right one about -z, the left one
+    about z.
+    """
+    return 1.0 if hinge == "right" else -1.0
+
+
+def before(hinge: str, pose: Sequence[float]) -> tuple[float, float, float]:
+    """Return x [m], y [m] and heading [rad] in odom of what stands so before a hinge at the right.
+
+    Before one at the left it is the mirror image.
+    """
+    x, y, heading = pose
+    return (x, y, heading) if hinge == "right" else (-x, y, math.pi - heading)
 
 
 @dataclass(frozen=True)
@@ -140,12 +164,14 @@ class DoorGeometry:
         leaf: The leaf.
         linkage: The closer's linkage.
         frame: The frame; None if it is not known.
+        hinge: Side of the hinge.
     """
 
     name: str
     leaf: Leaf
     linkage: FourBarCloser
     frame: Frame | None = None
+    hinge: Hinge = "right"
 
     def with_leaf(self, leaf: Leaf) -> "DoorGeometry":
         """Return the geometry with another leaf; the frame keeps the gaps beside the leaf."""

@@ -112,7 +112,7 @@ def as_config(result: Identification, geometry: DoorGeometry, *, restitution: fl
 
     Args:
         result: The identification.
-        geometry: Leaf, linkage and frame of the door.
+        geometry: Leaf, linkage, frame and hinge of the door.
         restitution: Coefficient of restitution of a hit, which cannot be identified.
     """
     door = result.door
@@ -120,4 +120,4 @@ def as_config(result: Identification, geometry: DoorGeometry, *, restitution: fl
         name=geometry.name, leaf=geometry.leaf, linkage=geometry.linkage, c_c=door.c_c,
         k_c=door.k_c, tau_c0_prime=door.tau_c0_prime, i_a=door.i_a, restitution=restitution,
         c_c_closing=door.c_c_closing, backcheck=door.backcheck, latch=door.latch,
-        friction=door.friction, frame=geometry.frame)
+        friction=door.friction, frame=geometry.frame, hinge=geometry.hinge)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from door_model.door.config import door_names, load_door, load_geometry
+from door_model.door.config import door_names, hinge_of, load_door, load_geometry
 from door_model.door.frame import THRESHOLD, FixedBox, frame_boxes
 from door_model.door.geometry import (
     CLEAR_ANGLE,
@@ -16,6 +16,7 @@ from door_model.door.geometry import (
     HIGHEST_THRESHOLD,
     Frame,
     Leaf,
+    before,
 )
 from door_model.errors import ConfigError, DoorParameterError
 from hypothesis import given
@@ -154,3 +155,30 @@ def test_shipped_doors_have_a_frame() -> None:
         assert door.frame.width == pytest.approx(door.leaf.width + 0.004)
         names = {box.name for box in frame_boxes(door.leaf, door.frame)}
         assert names == {"wall_hinge_side", "wall_free_side", "jamb", "lintel"}
+
+
+@given(doors())
+def test_the_frame_of_a_door_hinged_at_the_left_is_the_mirror_image(door: tuple[Leaf, Frame]):
+    """Its parts have the same sizes, at -x."""
+    right, left = (frame_boxes(*door, hinge=hinge) for hinge in ("right", "left"))
+    for one, other in zip(right, left, strict=True):
+        assert (one.name, one.size) == (other.name, other.size)
+        assert other.center == pytest.approx((-one.center[0], *one.center[1:]))
+
+
+def test_the_hinge_is_read_written_and_checked(tmp_path: Path):
+    """It is at the right where the file does not say it."""
+    door, path = load_door("paper"), tmp_path / "door.yaml"
+    assert door.hinge == hinge_of("paper") == hinge_of("") == "right"
+    path.write_text(replace(door, hinge="left").to_yaml())
+    assert load_door(path) == replace(door, hinge="left")
+    assert hinge_of(str(path)) == load_geometry(path).hinge == "left"
+    path.write_text(door.to_yaml() + "hinge: top\n")
+    with pytest.raises(ConfigError, match="hinge"):
+        load_door(path)
+
+
+def test_a_pose_before_a_left_hinge_faces_the_other_way():
+    """So y stays opposite to the push."""
+    assert before("right", (0.1, 0.2, 0.3)) == (0.1, 0.2, 0.3)
+    assert before("left", (0.1, 0.2, 0.3)) == pytest.approx((-0.1, 0.2, math.pi - 0.3))

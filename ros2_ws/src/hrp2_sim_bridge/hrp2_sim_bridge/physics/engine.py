@@ -10,6 +10,7 @@ from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 from door_model.door.frame import FixedBox, frame_boxes
+from door_model.door.geometry import before
 from hrp2_description.robot import SIDES, RobotConfig, SoleRubber, needed
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
@@ -36,15 +37,15 @@ def require_place(door_distance: float, hinge_x: float) -> None:
 class Scene:
     """Robot and door in their first state; `require_place` checks the door's place.
 
-    The soles stand on the floor, and the middle between them is `settings.start`. The face of the
-    closed leaf lies in the plane y = -door_distance, and the leaf opens towards -y.
+    The soles stand on the floor, and the middle between them is `start`. The face of the closed
+    leaf lies in the plane y = -door_distance, and the leaf opens towards -y.
 
     Attributes:
         robot: Configuration of the robot.
         posture: Joint angles at the start, (30,) [rad].
         door: Configuration of the door.
         door_distance: Distance of the leaf's face from the world's origin [m].
-        hinge_x: x of the hinge; it is negative behind the robot [m].
+        hinge_x: x of the hinge [m].
         contact: Surface of the leaf.
         settings: Settings of the simulation.
     """
@@ -63,7 +64,13 @@ class Scene:
         door = self.door
         if door.frame is None:
             return []
-        return frame_boxes(door.leaf, door.frame, (self.hinge_x, -self.door_distance, 0.0))
+        return frame_boxes(
+            door.leaf, door.frame, (self.hinge_x, -self.door_distance, 0.0), door.hinge)
+
+    @property
+    def start(self) -> tuple[float, float, float]:
+        """`settings.start` as it is before this door: x [m], y [m] and heading [rad] in odom."""
+        return before(self.door.hinge, self.settings.start)
 
     @property
     def sole_rubber(self) -> SoleRubber | None:

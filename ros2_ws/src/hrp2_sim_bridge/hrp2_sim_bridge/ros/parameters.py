@@ -23,7 +23,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     # The place of the door has no default: params.yaml of the bringup sets it for every node.
     "door_distance": (
         math.nan, "distance of the closed leaf's face from the origin of odom, towards -y [m]"),
-    "hinge_x": (math.nan, "x of the hinge in odom [m]"),
+    "hinge_x": (math.nan, "x of a hinge at the right in odom, -x of one at the left [m]"),
     "paced": (True, "hold the simulation to real time"),
     "max_real_time_factor": (0.0, "largest speed of a simulation that is not paced; 0: no limit"),
     "push_duration": (0.25, "duration of a push by hand whose request has a negative one [s]"),

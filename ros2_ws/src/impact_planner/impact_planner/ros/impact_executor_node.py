@@ -16,9 +16,11 @@ from door_impact_common.node import GuardedNode, run_node, until
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
+from door_model.door.config import hinge_of
 from hrp2_description.robot import SIDES, load_robot_config
 from hrp2_description.support import polygon_margin
 from humanoid_motion.driver_interface import Command
+from humanoid_motion.mirror import sight
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.sensor_doubts import doubts
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -44,7 +46,11 @@ Result = ExecuteDoorImpact.Result
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
 WALK, PASSAGE = "/walk", "/walk_through_door"
 PATIENCE = 3.0  # time that a goal waits for messages, by the computer's clock [s]
-ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
+ROBOT = {
+    "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
+    "door": ("", "name or YAML file of the door before the robot, for the side of its hinge; "
+             "empty: at the right"),
+}
 THRESHOLDS = {
     **SILENCE,
     "felt_force": (ExecutionSettings.felt_force, "force of the floor on both feet towards the door "
@@ -62,13 +68,15 @@ class ImpactExecutor(GuardedNode):
     def __init__(self) -> None:
         """Load the robot and connect to the driver's topics."""
         super().__init__("impact_executor")
-        robot = Parameters(self, ROBOT, read_only=False).text("robot_config")
+        given = Parameters(self, ROBOT, read_only=False)
         thresholds = Parameters(self, THRESHOLDS)
-        self._robot = RobotModel(load_robot_config(robot or None))
+        self._robot = RobotModel(load_robot_config(given.text("robot_config") or None))
+        self._sight = sight(self._robot.config, hinge_of(given.text("door")))
         self._point_b = PointB(self._robot)
         self._names = list(self._robot.joint_names)
         self._driver = RobotTopics(self, self._names, self._robot.joint_ranges, thresholds,
-                                   self._after, partial(doubts, self._robot), door=True)
+                                   self._after, partial(doubts, self._robot), door=True,
+                                   sight=self._sight)
         self._inputs = self._driver.inputs
         self._execution: Execution | None = None
         self._settings = ExecutionSettings(
@@ -97,7 +105,7 @@ class ImpactExecutor(GuardedNode):
     # -- topics -------------------------------------------------------------------------------
 
     def _on_plan(self, message: ImpactPlan) -> None:
-        self._plans = {message.plan_id: message}
+        self._plans = {message.plan_id: self._sight.message(message)}
         self._last_plan = message.plan_id
 
     def _after(self, now: float, commands: Sequence[Command]) -> None:
@@ -114,7 +122,7 @@ class ImpactExecutor(GuardedNode):
             self._send_feedback(execution, now)
 
     def _send(self, command: Command) -> None:
-        self._trajectory.publish(command_message(command, self._names))
+        self._trajectory.publish(self._sight.message(command_message(command, self._names)))
 
     def _send_feedback(self, execution: Execution, now: float) -> None:
         feedback = ExecuteDoorImpact.Feedback()
@@ -196,8 +204,9 @@ class ImpactExecutor(GuardedNode):
                     "no_plan", f"the plan cannot be executed: {error}") from error
         except GoalRefused as error:
             (goal_handle.canceled if goal_handle.is_cancel_requested else goal_handle.abort)()
-            self.get_logger().error(str(error))
-            return Result(error_code=getattr(Result, error.reason.upper()), message=str(error))
+            message = self._sight.text(str(error))
+            self.get_logger().error(message)
+            return Result(error_code=getattr(Result, error.reason.upper()), message=message)
         if goal.dry_run:
             goal_handle.succeed()
             return Result(success=True, message="this was a dry run: the plan "
@@ -254,7 +263,8 @@ class ImpactExecutor(GuardedNode):
         return execution, command
 
     def _result(self, goal_handle: Any, execution: Execution, outcome: Outcome) -> Any:
-        result = result_message(outcome, execution.reason, execution.measured)
+        reason = self._sight.text(execution.reason)
+        result = result_message(outcome, reason, execution.measured)
         if outcome is Outcome.SUCCESS:
             goal_handle.succeed()
         elif goal_handle.is_cancel_requested:
@@ -265,7 +275,7 @@ class ImpactExecutor(GuardedNode):
         if result.contact_sensor:
             self.get_logger().info(f"the contact was shown by: {result.contact_sensor}")
         for what, value in self._inputs.intake.noticed().items():
-            self.get_logger().warning(f"noticed in the motion: {what}: {value}")
+            self.get_logger().warning(f"noticed in the motion: {self._sight.text(what)}: {value}")
         return result
 
 

@@ -18,6 +18,7 @@ from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
 from door_model.door.config import load_door, load_geometry
 from hrp2_description.robot import load_robot_config
+from humanoid_motion.mirror import sight
 from humanoid_motion.robot_model import RobotModel
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -41,8 +42,8 @@ WAITING = 100  # number of requests that wait while one is planned; ROS 2's defa
 PARAMETERS: dict[str, tuple[Any, str]] = {
     **SETTINGS,
     "door": ("", "name or YAML file of a door, to plan without identification"),
-    "frame_of": ("", "name or YAML file of the identified door, for its frame and wall; empty: "
-                 "they are not known"),
+    "frame_of": ("", "name or YAML file of the identified door, for its frame and wall, and the "
+                 "side of its hinge; empty: they are not known, and it is at the right"),
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
     "experience_file": ("", "YAML file that keeps what hits have taught, by door; empty: it is "
                         "forgotten with the node"),
@@ -135,7 +136,8 @@ class ImpactPlanner(GuardedNode):
             )
         self._learner.planned(plan, known)
         names, stamp = self._robot.joint_names, self.get_clock().now().to_msg()
-        whole = plan_message(plan, names, stamp, trajectories=True)
+        seen = sight(self._robot.config, known.hinge)
+        whole = seen.message(plan_message(plan, names, stamp, trajectories=True))
         self._plans.publish(whole)
         response.success = True
         response.error_code = PlanDoorImpact.Response.NONE
@@ -147,10 +149,10 @@ class ImpactPlanner(GuardedNode):
         response.plan = (
             whole
             if request.include_trajectories
-            else plan_message(plan, names, stamp, trajectories=False)
+            else seen.message(plan_message(plan, names, stamp, trajectories=False))
         )
         self.get_logger().info(f"plan {plan.plan_id}: {response.message}")
-        for warning in plan.warnings:
+        for warning in whole.warnings:
             self.get_logger().warning(warning)
         return response
 

@@ -129,7 +129,7 @@ def door_from_message(
 
     Args:
         message: The parameters.
-        geometry: A door whose frame it has if the names are the same.
+        geometry: A door whose frame and hinge it has if the names are the same.
 
     Raises:
         NoDoor: The parameters describe no door: a number is not finite or out of its range, the
@@ -138,8 +138,9 @@ def door_from_message(
     try:
         door = door_of(message)
         parameters, covariance = _uncertainty(message)
-        frame = None
+        frame, hinge = None, KnownDoor.hinge
         if geometry is not None and geometry.name == message.door:
+            hinge = geometry.hinge
             around = geometry.with_leaf(replace(geometry.leaf, width=message.leaf_width))
             frame = None if around.frame is None else (around.leaf, around.frame)
     except DoorModelError as error:
@@ -154,6 +155,7 @@ def door_from_message(
         door=door,
         width=float(message.leaf_width),
         frame=frame,
+        hinge=hinge,
         top=FLOOR_CLEARANCE + message.leaf_height if message.leaf_height >= 0.0 else math.inf,
         parameters=parameters,
         covariance=covariance,

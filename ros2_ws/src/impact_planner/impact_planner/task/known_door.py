@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from door_impact_common.arrays import Array
 from door_model.door.config import DoorConfig
 from door_model.door.door import Door
-from door_model.door.geometry import Frame, Leaf
+from door_model.door.geometry import Frame, Hinge, Leaf
 
 from impact_planner.task.experience import Experience
 
@@ -28,6 +28,7 @@ class KnownDoor:
         experience: Knowledge from earlier hits on this door; None before the first hit.
         top: Height of the leaf's upper edge above the floor [m]; infinite where it is not known.
         frame: The leaf and its frame; None where the frame is not known.
+        hinge: Side of the hinge; every plan is for a hinge at the right, if need be in a mirror.
     """
 
     name: str
@@ -39,10 +40,11 @@ class KnownDoor:
     experience: Experience | None = None
     top: float = math.inf
     frame: tuple[Leaf, Frame] | None = None
+    hinge: Hinge = "right"
 
     @classmethod
     def configured(cls, config: DoorConfig) -> KnownDoor:
         """Make a door whose configured parameters are taken as exact."""
         frame = None if config.frame is None else (config.leaf, config.frame)
         return cls(config.name, config.door(), config.leaf.width, warnings=config.doubts(),
-                   top=config.leaf.top, frame=frame)
+                   top=config.leaf.top, frame=frame, hinge=config.hinge)

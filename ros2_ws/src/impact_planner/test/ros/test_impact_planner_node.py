@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,9 @@ import rclpy
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import CloserParameters, HitReport, ImpactPlan
 from door_impact_msgs.srv import PlanDoorImpact
+from door_model.door.config import load_door
 from impact_planner.ros.impact_planner_node import ImpactPlanner, main
+from impact_planner.task.known_door import KnownDoor
 from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -156,6 +159,32 @@ def test_a_plan_needs_a_door_and_refusals_leave_the_last_plan_alone(known: Any) 
         rig.until(lambda: len(rig.plans) == 2)
         assert [plan.plan_id for plan in rig.plans] == [good.plan.plan_id, again.plan.plan_id]
         assert [phase.name for phase in rig.plans[0].phases][-3:] == ["cam", "post", "hold"]
+
+
+def test_a_door_hinged_at_the_left_is_hit_with_the_left_elbow(tmp_path: Path) -> None:
+    """The plan is the mirror image, in the robot's own joints; so is that of an identified one."""
+    paper, path = load_door("paper"), tmp_path / "door.yaml"
+    path.write_text(replace(paper, hinge="left").to_yaml())
+    found = []
+    for parameters in (["door:=paper"], [f"frame_of:={path}"]):
+        with running(*parameters) as rig:
+            if rig.node._configured is None:
+                message = closer(KnownDoor.configured(paper))
+                message.door = paper.name
+                rig.closer.publish(message)
+                rig.until(lambda rig=rig: rig.node._identified is not None)
+            found.append(rig.ask(desired_opening_angle=0.4, include_trajectories=True).plan)
+    right, left = found
+    assert left.v_rb == pytest.approx(right.v_rb, rel=1e-3)
+    assert left.brace_joint == right.brace_joint.replace("RARM", "LARM")
+    assert (left.contact_point.x, left.contact_point.y) == pytest.approx(
+        (-right.contact_point.x, right.contact_point.y), abs=1e-6)
+    assert left.left_foot.position.y == pytest.approx(right.right_foot.position.y, abs=1e-6)
+    assert left.left_foot.orientation.z == 1.0
+    elbow = [dict(zip(last.joint_names, last.points[-1].positions, strict=True))
+             for last in (plan.phases[4].trajectory for plan in found)]
+    for joint, sign in (("ARM_JOINT3", 1.0), ("ARM_JOINT2", -1.0), ("LEG_JOINT1", -1.0)):
+        assert elbow[1]["L" + joint] == pytest.approx(sign * elbow[0]["R" + joint], abs=1e-6)
 
 
 def test_parameters_change_the_next_plan_or_are_refused() -> None:

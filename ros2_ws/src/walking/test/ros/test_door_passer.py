@@ -8,6 +8,7 @@ import math
 import os
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,8 +24,11 @@ from door_impact_common.stamps import seconds, stamp_of
 from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
 from door_impact_msgs.msg import HandCompliance, ImpactPlan, PlanPhase
 from door_impact_msgs.srv import PlanDoorImpact, PlanDoorPassage
+from door_model.door.config import load_door
+from door_model.door.geometry import before
 from geometry_msgs.msg import Point, TransformStamped, WrenchStamped
 from humanoid_motion.knots import Knots
+from humanoid_motion.mirror import sight
 from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.node import Node
 from rclpy.task import Future
@@ -52,9 +56,13 @@ def hit_of(task: Any, names: list[str]) -> ImpactPlan:
 
 
 class Rig:
-    """The passer, and a node that plays driver, encoder, odometry, planner, executor and user."""
+    """The passer, and a node that plays driver, encoder, odometry, planner, executor and user.
 
-    def __init__(self, robot: Any, task: Any) -> None:
+    Before a door hinged at the left, what it says and hears is the mirror image.
+    """
+
+    def __init__(self, robot: Any, task: Any, hinge: str) -> None:
+        self.hinge, self.seen = hinge, sight(robot.config, hinge)
         self.robot, self.task, self.names = robot, task, list(robot.joint_names)
         self.plan = hit_of(task, self.names)
         self.node, self.other = DoorPasser(), Node("others")
@@ -62,7 +70,7 @@ class Rig:
         self.clock = publisher(Clock, "/clock", 10)
         self.joints = publisher(JointState, "/joint_states", 50)
         self.imu, self.door = publisher(Imu, "/imu", 50), publisher(JointState, "/door_angle", 50)
-        self.wrist = publisher(WrenchStamped, "/right_wrist/wrench", 50)
+        self.wrist = publisher(WrenchStamped, self.seen.text("/right_wrist/wrench"), 50)
         self.tf = publisher(TFMessage, "/tf", 50)
         self.other.create_subscription(JointTrajectory, "/joint_trajectory", self.follow, 10)
         self.compliance: list[Any] = []
@@ -88,7 +96,7 @@ class Rig:
     def on_plan(self, request: Any, response: Any) -> Any:
         """Answer as the planner does."""
         self.requests.append(request)
-        response.success, response.plan = True, self.plan
+        response.success, response.plan = True, self.seen.message(self.plan)
         return response
 
     async def on_hit(self, handle: Any) -> Any:
@@ -113,6 +121,7 @@ class Rig:
 
     def follow(self, message: JointTrajectory) -> None:
         """Take a trajectory."""
+        message = self.seen.message(message)
         rows = ([getattr(point, field) for point in message.points]
                 for field in ("positions", "velocities", "accelerations"))
         times = np.array([seconds(point.time_from_start) for point in message.points])
@@ -145,7 +154,7 @@ class Rig:
         for publisher, message in ((self.joints, joints), (self.imu, imu), (self.door, door),
                                    (self.wrist, wrist)):
             message.header.stamp = stamp
-            publisher.publish(message)
+            publisher.publish(self.seen.message(message))
         self.tf.publish(TFMessage(transforms=[self.base(stamp)]))
         spin_for(self.executor, 0.002)
 
@@ -155,9 +164,10 @@ class Rig:
         sole = self.robot.frame_position(q, self.robot.feet["left"].frame)
         message = TransformStamped(child_frame_id="base_link")
         message.header.stamp, message.header.frame_id = stamp, "odom"
-        message.transform.rotation.w = 1.0
-        place, left = message.transform.translation, self.task.stance.left
-        place.x, place.y = left.x - sole[0], left.y - sole[1]
+        place, turn, left = (
+            message.transform.translation, message.transform.rotation, self.task.stance.left)
+        place.x, place.y, heading = before(self.hinge, (left.x - sole[0], left.y - sole[1], 0.0))
+        turn.z, turn.w = math.sin(0.5 * heading), math.cos(0.5 * heading)
         return message
 
     def send(self, **fields: Any) -> Any:
@@ -188,11 +198,13 @@ class Rig:
 
 
 @pytest.fixture
-def rig(robot, task) -> Iterator[Rig]:
-    words = [word for value in ("use_sim_time:=true", "door:=paper", "hand_stiffness:=400.0")
+def rig(request, robot, task, tmp_path) -> Iterator[Rig]:
+    hinge, door = getattr(request, "param", "right"), tmp_path / "door.yaml"
+    door.write_text(replace(load_door("paper"), hinge=hinge).to_yaml())
+    words = [word for value in ("use_sim_time:=true", f"door:={door}", "hand_stiffness:=400.0")
              for word in ("-p", value)]
     rclpy.init(args=["--ros-args", *words], domain_id=100 + os.getpid() % 50)
-    made = Rig(robot, task)
+    made = Rig(robot, task, hinge)
     try:
         yield made
     finally:
@@ -203,6 +215,7 @@ def rig(robot, task) -> Iterator[Rig]:
         rclpy.shutdown()
 
 
+@pytest.mark.parametrize("rig", ["right", "left"], indirect=True)
 def test_hit_and_passage_follow_each_other(rig):
     """The hand yields from the passage's begin to the release, and the result says what was."""
     handle = rig.send(probe=1, speed_scale=0.5)
@@ -227,7 +240,11 @@ def test_hit_and_passage_follow_each_other(rig):
     assert answer.release_angle == pytest.approx(max(answer.plan.leaf_angle), abs=0.02)
     assert [each.step for each in rig.feedback] == sorted(each.step for each in rig.feedback)
     assert [(each.side, each.stiffness) for each in rig.compliance] == [
-        ("right", 400.0), ("right", -1.0)]
+        (rig.hinge, 400.0), (rig.hinge, -1.0)]
+    last = answer.plan.footsteps[-1].pose
+    assert last.position.y < rig.task.doorway.far_face
+    assert 2.0 * math.acos(abs(last.orientation.w)) == pytest.approx(
+        before(rig.hinge, (0.0, 0.0, 0.0))[2], abs=math.radians(60.0))
 
 
 def test_nothing_moves_where_the_door_cannot_be_passed(rig):

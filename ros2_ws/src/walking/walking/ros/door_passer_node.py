@@ -18,6 +18,7 @@ from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
 from door_impact_msgs.msg import HandCompliance, ImpactPlan
 from door_impact_msgs.srv import PlanDoorPassage
+from door_model.door.config import hinge_of
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.tolerances import STILL
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
@@ -70,12 +71,13 @@ class DoorPasser(GuardedNode):
         if stiffness and not STIFFNESSES[0] <= stiffness <= STIFFNESSES[1]:
             raise SettingError("hand_stiffness [N/m]", stiffness, f"0, or within {STIFFNESSES}")
         self._settings = PassageSettings(hand_stiffness=stiffness or math.inf)
-        self._body = WalkingRobot(self, self._after, at_door=True)
+        door = given.text("door")
+        self._body = WalkingRobot(self, self._after, at_door=True, hinge=hinge_of(door))
         self._robot, self._driver = self._body.model, self._body.topics
         self._inputs = self._driver.inputs
         self._hits = HitClient(self)
         self._planner = PassagePlanner(
-            self, self._robot, given.text("door"), self._settings, self._hits)
+            self, self._robot, door, self._settings, self._hits, self._body.sight)
         self._others = [ActiveGoals(self, action) for action in (EXECUTE, WALK)]
         self._commanded: Array | None = None  # where the last trajectory ends, (J,) [rad]
         self._busy = False
@@ -104,7 +106,7 @@ class DoorPasser(GuardedNode):
     # -- topics ---------------------------------------------------------------------------------
 
     def _on_trajectory(self, message: JointTrajectory) -> None:
-        self._commanded = last_posture(message, self._robot.joint_names)
+        self._commanded = last_posture(self._body.sight.message(message), self._robot.joint_names)
 
     def _after(self, now: float, commands: Sequence[Command]) -> None:
         """Send commands and feedback, and notice the end of the passage."""
@@ -133,7 +135,7 @@ class DoorPasser(GuardedNode):
             message.stiffness, message.damping, message.mass = (
                 hand.hand_stiffness, hand.hand_damping, hand.hand_mass)
         message.header.stamp = self.get_clock().now().to_msg()
-        self._compliance.publish(message)
+        self._compliance.publish(self._body.sight.message(message))
 
     # -- feedback -------------------------------------------------------------------------------
 
@@ -187,7 +189,8 @@ class DoorPasser(GuardedNode):
                 self._driver.stop()
                 self._busy = False
         except DoorImpactError as error:
-            (_, response.error_code), response.message = codes(error), str(error)
+            (_, response.error_code), text = codes(error), str(error)
+            response.message = self._body.sight.text(text)
             self.get_logger().warning(f"no passage was planned: {error}")
             return response
         except Exception as error:  # the service must answer, and the node must go on
@@ -262,6 +265,7 @@ class DoorPasser(GuardedNode):
             self._yield_hand(False)
             self._busy = False
         result.success = result.error_code == Result.NONE
+        result.message = self._body.sight.text(result.message)
         if result.success:
             goal_handle.succeed()
             self.get_logger().info(result.message)
@@ -348,7 +352,8 @@ class DoorPasser(GuardedNode):
         await self._finished
         self._body.show(())  # the walker shows its footsteps there, too
         for what, value in self._inputs.intake.noticed().items():
-            self.get_logger().warning(f"noticed in the passage: {what}: {value}")
+            self.get_logger().warning(
+                f"noticed in the passage: {self._body.sight.text(what)}: {value}")
         return passage
 
     def _ended(self, result: Any, passage: Passage, began: float) -> None:

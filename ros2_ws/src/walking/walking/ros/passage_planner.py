@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from door_impact_common.driver.sight import Straight
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode
 from door_impact_msgs.msg import CloserParameters, ImpactPlan
@@ -43,6 +44,7 @@ class PassagePlanner:
         door: Name or YAML file of the door; empty: its frame is not known.
         settings: Settings of the passage.
         hits: Plans the hits.
+        seen: How the node sees robot and door.
 
     Attributes:
         last_hit: The last hit that was planned by anyone; None before.
@@ -50,10 +52,10 @@ class PassagePlanner:
 
     def __init__(
         self, node: GuardedNode, robot: RobotModel, door: str, settings: PassageSettings,
-        hits: HitClient,
+        hits: HitClient, seen: Straight,
     ) -> None:
-        self._node, self._names, self._settings, self._hits = (
-            node, robot.joint_names, settings, hits)
+        self._node, self._names, self._settings, self._hits, self._seen = (
+            node, robot.joint_names, settings, hits, seen)
         self._door = load_door(door) if door else None
         self._background = Background(node, robot.config)
         self._identified: tuple[str, Door] | None = None  # name and dynamics
@@ -84,7 +86,8 @@ class PassagePlanner:
         asked = [(wanted.hit_angle, ending) for _, ending in HITS[:2]]
         for angle, ending in HITS if wanted.hit_angle < 0.0 else asked:
             try:
-                hit = await self._hits.plan(angle, ending, wanted.run_up, stopped)
+                hit = self._seen.message(
+                    await self._hits.plan(angle, ending, wanted.run_up, stopped))
                 hold = self.hold(hit)
                 return hit, hold, await self.passage(
                     hold.task(), wanted.leaf_angle, stopped=stopped)
@@ -122,8 +125,9 @@ class PassagePlanner:
 
     def message(self, plan: PassagePlan, hit: ImpactPlan) -> Any:
         """Convert the passage after a hit to its message."""
-        return plan_message(plan, f"passage-{next(self._numbers)}", hit.door,
-                            self._node.get_clock().now().to_msg())
+        return self._seen.message(plan_message(
+            plan, f"passage-{next(self._numbers)}", hit.door,
+            self._node.get_clock().now().to_msg()))
 
     def _on_closer(self, message: CloserParameters) -> None:
         try:
@@ -132,7 +136,7 @@ class PassagePlanner:
             self._node.get_logger().error(f"/closer_parameters describes no door: {error}")
 
     def _on_hit(self, message: ImpactPlan) -> None:
-        self.last_hit = message
+        self.last_hit = self._seen.message(message)
 
 
 def _passage(robot: RobotModel, task: PassageTask, settings: PassageSettings) -> PassagePlan:

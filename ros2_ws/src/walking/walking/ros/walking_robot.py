@@ -12,9 +12,11 @@ from door_impact_common.driver.topics import SILENCE, RobotTopics
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import Footsteps
+from door_model.door.geometry import before
 from hrp2_description.robot import load_robot_config
 from hrp2_description.support import polygon_margin, support_polygon
 from humanoid_motion.driver_interface import Command
+from humanoid_motion.mirror import sight
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.sensor_doubts import doubts
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -25,7 +27,7 @@ from visualization_msgs.msg import MarkerArray
 from walking.errors import NotReady
 from walking.execution.start import Standing, soles_at
 from walking.execution.walk import Walk
-from walking.footsteps.footstep import Footstep, Pose, Stance
+from walking.footsteps.footstep import Footstep, Pose, Stance, other
 from walking.ros.messages import base_pose, footstep_markers, footsteps_message
 
 PATIENCE = 3.0  # time that a goal waits for messages, by the computer's clock [s]
@@ -39,23 +41,27 @@ class WalkingRobot:
         node: The node; it gets the parameters `robot_config`, `stale_after` and `silent_after`.
         after: As of `RobotTopics`.
         at_door: Whether the door's angle and the force on the right hand are heard, too.
+        hinge: Side of the door's hinge; before one at the left all is that of the mirror image.
 
     Attributes:
         model: The robot.
         topics: Topics about robot and door, with their measurements.
+        sight: How the node sees them.
     """
 
     def __init__(
         self, node: GuardedNode, after: Callable[[float, Sequence[Command]], None], *,
-        at_door: bool = False,
+        at_door: bool = False, hinge: str = "right",
     ) -> None:
         self._node = node
         name = Parameters(node, ROBOT, read_only=False).text("robot_config")
         self.model = RobotModel(load_robot_config(name or None))
+        self.sight = sight(self.model.config, hinge)
+        self._turned = hinge == "left"
         self.topics = RobotTopics(
             node, self.model.joint_names, self.model.joint_ranges, Parameters(node, SILENCE),
             after, partial(doubts, self.model), door=at_door, hand=at_door,
-            further=[(TFMessage, "/tf", self._on_tf)])
+            further=[(TFMessage, "/tf", self._on_tf)], sight=self.sight)
         # Stamp [s], and pose of base_link in odom, as seen from above.
         self._base: tuple[float, Pose] | None = None
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -65,11 +71,15 @@ class WalkingRobot:
 
     def send(self, command: Command) -> None:
         """Send a trajectory to the driver."""
-        self._trajectory.publish(command_message(command, self.model.joint_names))
+        message = command_message(command, self.model.joint_names)
+        self._trajectory.publish(self.sight.message(message))
 
     def show(self, footsteps: Sequence[Footstep]) -> None:
         """Show footsteps to viewers."""
         stamp = self._node.get_clock().now().to_msg()
+        if self._turned:
+            footsteps = [Footstep(other(step.side), *_turned(step.pose), step.duration)
+                         for step in footsteps]
         self._footsteps.publish(footsteps_message(footsteps, stamp))
         self._markers.publish(footstep_markers(self.model.config, footsteps, stamp))
 
@@ -118,4 +128,11 @@ class WalkingRobot:
         return float(polygon_margin(zmp[1], support_polygon(*corners)))
 
     def _on_tf(self, message: TFMessage) -> None:
-        self._base = base_pose(message, "base_link") or self._base
+        heard = base_pose(message, "base_link")
+        if heard is not None:
+            self._base = (heard[0], _turned(heard[1])) if self._turned else heard
+
+
+def _turned(pose: Pose) -> Pose:
+    """Return the mirror image of a pose."""
+    return Pose(*before("left", pose))

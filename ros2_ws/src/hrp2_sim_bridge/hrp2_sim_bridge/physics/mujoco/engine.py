@@ -255,7 +255,7 @@ class MuJoCoEngine(Engine):
 
     def _place(self, scene: Scene, soles: Sequence[int]) -> None:
         """Put the robot with its soles on the floor, with x, y and heading of their middle."""
-        x, y, heading = scene.settings.start
+        x, y, heading = scene.start
         self._position[self._q] = scene.posture
         self._position[:3] = 0.0
         self._position[3:7] = math.cos(heading / 2.0), 0.0, 0.0, math.sin(heading / 2.0)

@@ -32,6 +32,7 @@ import numpy as np
 from door_impact_common.constants import GRAVITY
 from door_model.door.config import DoorConfig
 from door_model.door.frame import THRESHOLD
+from door_model.door.geometry import along
 from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
 
 from hrp2_sim_bridge.errors import ModelError
@@ -110,17 +111,19 @@ def prepare(mujoco: Any, spec: Any, iterations: int) -> Any:
 def add_leaf(mujoco: Any, spec: Any, config: DoorConfig, distance: float, hinge_x: float) -> Any:
     """Add the leaf, whose face towards the robot lies in the plane y = -distance when closed.
 
-    The leaf turns about -z when it opens, so that its free edge moves towards -y. `DoorLoad`
-    computes the torques of closer and stops. Lengths are in [m]; the leaf's geom is returned.
+    The leaf's free edge moves towards -y when it opens, about -z if it is hinged at the right.
+    `DoorLoad` computes the torques of closer and stops. Lengths are in [m]; the leaf's geom is
+    returned.
     """
-    leaf = config.leaf
+    leaf, side = config.leaf, along(config.hinge)
+    x, y, z = leaf.center()
     body = spec.worldbody.add_body(name=LEAF, pos=[hinge_x, -distance, 0.0])
     # The center of mass is put into the hinge, so this is the moment of inertia about the hinge.
     body.explicitinertial, body.mass, body.inertia = True, leaf.mass, [config.i_a] * 3
     body.ipos, body.iquat = [0.0] * 3, [1.0, 0.0, 0.0, 0.0]  # otherwise MuJoCo takes `pos` twice
-    body.add_joint(name=HINGE, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, -1.0])
+    body.add_joint(name=HINGE, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, -side])
     return body.add_geom(
-        name=LEAF, type=mujoco.mjtGeom.mjGEOM_BOX, pos=leaf.center(), rgba=_WOOD,
+        name=LEAF, type=mujoco.mjtGeom.mjGEOM_BOX, pos=[side * x, y, z], rgba=_WOOD,
         size=[leaf.width / 2.0, leaf.thickness / 2.0, leaf.height / 2.0],
         contype=0, conaffinity=0)
 

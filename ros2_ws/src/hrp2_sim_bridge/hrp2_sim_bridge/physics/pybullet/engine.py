@@ -113,7 +113,7 @@ class PyBulletEngine(Engine):
         self._offset_back = client.invertTransform(*offset)
         for joint, angle in zip(self._joints, scene.posture, strict=True):
             client.resetJointState(body, joint, float(angle), 0.0)
-        x, y, heading = scene.settings.start
+        x, y, heading = scene.start
         turn = [0.0, 0.0, math.sin(heading / 2.0), math.cos(heading / 2.0)]
 
         def put(position: Sequence[float]) -> None:

@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any
 
 from door_model.door.config import DoorConfig
+from door_model.door.geometry import along
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.physics.engine import DoorState
@@ -17,8 +18,8 @@ HINGE = 0  # PyBullet's index of the hinge's joint
 class LeafBody:
     """The leaf; its face towards the robot lies in the plane y = -door_distance when closed.
 
-    The leaf turns about -z when it opens, so that its free edge moves towards -y. PyBullet knows
-    neither closer nor stops; `DoorLoad` computes their torque.
+    The leaf's free edge moves towards -y when it opens, about -z if it is hinged at the right.
+    PyBullet knows neither closer nor stops; `DoorLoad` computes their torque.
 
     Args:
         client: Client of PyBullet.
@@ -64,9 +65,10 @@ class LeafBody:
 
 
 def _create_leaf(client: Any, config: DoorConfig, door_distance: float, hinge_x: float) -> int:
-    leaf = config.leaf
+    leaf, side = config.leaf, along(config.hinge)
     half = [leaf.width / 2.0, leaf.thickness / 2.0, leaf.height / 2.0]
-    centre = leaf.center()
+    x, y, z = leaf.center()
+    centre = side * x, y, z
     box = client.createCollisionShape(
         client.GEOM_BOX, halfExtents=half, collisionFramePosition=centre)
     picture = client.createVisualShape(
@@ -79,4 +81,4 @@ def _create_leaf(client: Any, config: DoorConfig, door_distance: float, hinge_x:
             linkPositions=[[0.0, 0.0, 0.0]], linkOrientations=[[0.0, 0.0, 0.0, 1.0]],
             linkInertialFramePositions=[[0.0, 0.0, 0.0]],
             linkInertialFrameOrientations=[[0.0, 0.0, 0.0, 1.0]], linkParentIndices=[0],
-            linkJointTypes=[client.JOINT_REVOLUTE], linkJointAxis=[[0.0, 0.0, -1.0]]))
+            linkJointTypes=[client.JOINT_REVOLUTE], linkJointAxis=[[0.0, 0.0, -side]]))
