@@ -58,5 +58,17 @@ class Stopped(WalkingError):
     reason = "stopped"
 
 
+class BadDoorPose(WalkingError):
+    """What is told of the door's place makes no sense, or the robot cannot walk there."""
+
+    reason = "bad_door_pose"
+
+
+class NotReached(WalkingError):
+    """The robot does not stand where a hit begins."""
+
+    reason = "not_reached"
+
+
 PLANNING_ERRORS = (WalkingError, HumanoidMotionError)
 """What `plan_walk` raises: the footsteps are bad, or the robot's body cannot make the motion."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +12,7 @@ from door_model.door.door import Door
 from humanoid_motion.tolerances import WALK_START
 
 from walking.errors import NotReady
-from walking.footsteps.footstep import Stance
+from walking.footsteps.footstep import ORIGIN, Footstep, Pose, Stance
 from walking.passing.doorway import Doorway
 from walking.passing.passage_task import PassageTask
 
@@ -29,7 +30,7 @@ _AJAR = math.radians(3.0)  # angle below which a leaf is not held open [rad]
 
 @dataclass(frozen=True)
 class Hold:
-    """How a hit is planned to end.
+    """How a hit is planned to end, and the axes in which a passage is planned from there.
 
     Attributes:
         door: Dynamics of the door.
@@ -37,6 +38,7 @@ class Hold:
         angle: Opening angle at which the hand holds the leaf [rad].
         stance: The soles.
         joints: Joints of the robot, (J,) [rad].
+        axes: Pose in odom of the axes in which doorway and stance are, along the closed leaf.
     """
 
     door: Door
@@ -44,6 +46,12 @@ class Hold:
     angle: float
     stance: Stance
     joints: Array
+    axes: Pose = ORIGIN
+
+    def in_odom(self, footsteps: Sequence[Footstep]) -> list[Footstep]:
+        """Return footsteps of the passage in odom."""
+        return [Footstep(step.side, *self.axes.moved(*step.pose), step.duration)
+                for step in footsteps]
 
     def task(self) -> PassageTask:
         """Return the passage from the planned end of the hit."""
@@ -82,7 +90,7 @@ class Hold:
                 f"the robot does not hold the leaf: a joint is {off:.3f} rad from the posture in "
                 f"which the hit ends, at most {WALK_START} rad are allowed",
                 quantity="joint [rad]", value=off, limit=WALK_START)
-        middle, planned = soles.middle, self.stance.middle
+        middle, planned = soles.middle.seen_from(self.axes), self.stance.middle
         x, y, yaw = middle.seen_from(planned)
         if not (math.hypot(x, y) <= _MOVED and abs(yaw) <= _TURNED):
             raise NotReady(

@@ -6,6 +6,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,12 +30,12 @@ from walking.errors import HitNotPlanned, NotReady, PassageInfeasible, Stopped
 from walking.execution.passage import STANDS, Passage
 from walking.execution.start import require_near
 from walking.footsteps.footstep import as_array
-from walking.passing.doorway import Doorway
+from walking.passing.approach import Site
 from walking.passing.held import Hold
 from walking.passing.passage import PassagePlan
 from walking.passing.passage_task import PassageTask
 from walking.passing.settings import PassageSettings
-from walking.ros.hit_client import EXECUTE, HitClient
+from walking.ros.clients import HitPlanner, MotionClient
 from walking.ros.passage_planner import PassagePlanner
 from walking.ros.passer_messages import (
     CAUGHT,
@@ -44,6 +45,7 @@ from walking.ros.passer_messages import (
     require_angles,
     without_numbers,
 )
+from walking.ros.walk_up import WALK, WalkUp
 from walking.ros.walking_robot import PATIENCE, WalkingRobot
 
 Result = WalkThroughDoor.Result
@@ -51,7 +53,7 @@ Result = WalkThroughDoor.Result
 FEEDBACK_PERIOD = 0.05  # time between two messages of feedback, by the robot's clock [s]
 REST = 0.3  # time at rest with the hand on the leaf before the passage is planned from there [s]
 STIFFNESSES = (50.0, 2000.0)  # that HandCompliance allows [N/m]
-WALK = "/walk"
+EXECUTE = "/execute_door_impact"
 PARAMETERS = {
     "door": ("", "name or YAML file of the door, for its frame, and for its closer while nothing "
              "is identified"),
@@ -75,15 +77,16 @@ class DoorPasser(GuardedNode):
         self._body = WalkingRobot(self, self._after, at_door=True, hinge=hinge_of(door))
         self._robot, self._driver = self._body.model, self._body.topics
         self._inputs = self._driver.inputs
-        self._hits = HitClient(self)
+        self._hits = MotionClient(self, ExecuteDoorImpact, EXECUTE, "impact_executor")
+        self._approach = WalkUp(self, self._body)
         self._planner = PassagePlanner(
-            self, self._robot, door, self._settings, self._hits, self._body.sight)
+            self, self._robot, door, self._settings, HitPlanner(self), self._body.sight)
         self._others = [ActiveGoals(self, action) for action in (EXECUTE, WALK)]
         self._commanded: Array | None = None  # where the last trajectory ends, (J,) [rad]
         self._busy = False
         self._goal: Any = None  # goal handle under way
         self._phase = ""
-        self._doorway: Doorway | None = None  # of the goal
+        self._hold: Hold | None = None  # from which the goal's passage began
         self._passage: Passage | None = None  # of the goal
         self._finished = Future()  # done when the passage has ended
         self._yields = False  # whether the right hand was told to yield
@@ -139,36 +142,41 @@ class DoorPasser(GuardedNode):
 
     # -- feedback -------------------------------------------------------------------------------
 
-    def _on_hit(self, feedback: Any) -> None:
-        self._tell("catch" if feedback.phase in CAUGHT else "hit", feedback)
+    def _on_walk(self, feedback: Any) -> None:
+        self._tell("approach", margin=feedback.zmp_margin)
 
-    def _tell(self, phase: str, hit: Any = None) -> None:
+    def _on_hit(self, site: Site, feedback: Any) -> None:
+        # The executor takes the robot for being at the origin of odom.
+        self._tell("catch" if feedback.phase in CAUGHT else "hit", feedback.phase,
+                   feedback.zmp_margin if site == Site() else math.nan)
+
+    def _tell(self, phase: str, hit_phase: str = "", margin: float = math.nan) -> None:
         """Publish feedback.
 
         Args:
             phase: Phase of the goal.
-            hit: Feedback of the hit, while it is executed.
+            hit_phase: Phase of the hit, while it is executed.
+            margin: ZMP margin by another node that moves the robot [m].
         """
         if self._goal is None:
             return
         if phase != self._phase:
             self._phase = phase
             self.get_logger().info(f"phase {phase}")
-        inputs, passage, soles = self._inputs, self._passage, self._body.soles()
+        inputs, passage, hold, soles = (
+            self._inputs, self._passage, self._hold, self._body.soles())
         feedback = WalkThroughDoor.Feedback(
-            phase=phase, leaf_angle=inputs.door_angle, hand_force=inputs.hand_force,
-            zmp_margin=math.nan, clearance=math.nan)
-        if hit is not None:
-            feedback.hit_phase, feedback.zmp_margin = hit.phase, hit.zmp_margin
-        elif passage is not None and soles is not None and self._doorway is not None:
-            now = self._driver.now()
-            place, body = as_array(soles.middle)[None], self._settings.body
+            phase=phase, hit_phase=hit_phase, leaf_angle=inputs.door_angle,
+            hand_force=inputs.hand_force, zmp_margin=margin, clearance=math.nan)
+        if passage is not None and soles is not None and hold is not None:
+            now, body = self._driver.now(), self._settings.body
+            place = as_array(soles.middle.seen_from(hold.axes))[None]
             feedback.step = min(passage.steps, passage.steps_made(now) + 1)
             feedback.steps = passage.steps
             feedback.zmp_margin = self._body.margin(soles, passage, now)
             feedback.clearance = float(min(
-                self._doorway.wall_gaps(body, place)[0],
-                self._doorway.leaf_gaps(body, place, np.array([inputs.door_angle]))[0]))
+                hold.doorway.wall_gaps(body, place)[0],
+                hold.doorway.leaf_gaps(body, place, np.array([inputs.door_angle]))[0]))
         self._goal.publish_feedback(feedback)
 
     # -- plans ----------------------------------------------------------------------------------
@@ -184,7 +192,7 @@ class DoorPasser(GuardedNode):
             self._driver.start()
             try:
                 require_angles(request)
-                hit, plan = await self._held_or_hit(request)
+                hit, hold, plan = await self._held_or_hit(request)
             finally:
                 self._driver.stop()
                 self._busy = False
@@ -198,25 +206,25 @@ class DoorPasser(GuardedNode):
             response.message = f"the planner failed: {type(error).__name__}: {error}"
             self.get_logger().error(traceback.format_exc())
             return response
-        response.success, response.plan = True, self._planner.message(plan, hit)
+        response.success, response.plan = True, self._planner.message(plan, hold, hit)
         response.message = (f"the robot is clear after {plan.clear:.1f} s and "
                             f"{len(plan.walk.footsteps)} footsteps; the planning took "
                             f"{plan.planning_time:.1f} s")
         return response
 
-    async def _held_or_hit(self, request: Any) -> tuple[ImpactPlan, PassagePlan]:
+    async def _held_or_hit(self, request: Any) -> tuple[ImpactPlan, Hold, PassagePlan]:
         """Plan the passage of a request; errors are those of the planner."""
         last = self._planner.last_hit
         if last is not None and request.hit_angle < 0.0:
             await until(self, lambda: self._body.heard, PATIENCE)
             try:
-                task = self._found(self._planner.hold(last))
+                hold = self._planner.hold(last)
+                task = self._found(hold)
             except (NotReady, HitNotPlanned):
                 pass  # nobody holds the leaf
             else:
-                return last, await self._planner.passage(task, request.leaf_angle)
-        hit, _, plan = await self._planner.hit_and_passage(request)
-        return hit, plan
+                return last, hold, await self._planner.passage(task, request.leaf_angle)
+        return await self._planner.hit_and_passage(request, self._approach.site())
 
     def _found(self, hold: Hold) -> PassageTask:
         """Return the passage from where a hit has left the robot, as it is measured.
@@ -247,7 +255,8 @@ class DoorPasser(GuardedNode):
         if self._passage is not None:
             self._passage.stop("the passage was stopped, as requested; the robot stands, and its "
                                "hand stays where it is")
-        self._hits.cancel()
+        for motion in (self._approach, self._hits):
+            motion.cancel()
         return CancelResponse.ACCEPT
 
     async def _execute(self, goal_handle: Any) -> Any:
@@ -261,7 +270,7 @@ class DoorPasser(GuardedNode):
             (result.error_code, _), result.message = codes(error), str(error)
         finally:
             self._driver.stop()
-            self._inputs.motion = self._passage = self._goal = self._doorway = None
+            self._inputs.motion = self._passage = self._goal = self._hold = None
             self._yield_hand(False)
             self._busy = False
         result.success = result.error_code == Result.NONE
@@ -283,16 +292,23 @@ class DoorPasser(GuardedNode):
         require_angles(goal)
         self._require_free()
         await until(self, lambda: self._body.heard or stopped(), PATIENCE)
-        self._body.standing()  # refuses missing messages before anything is planned
+        planned = self._approach.site()
+        self._approach.require_way(planned, goal.walk_up)
         self._tell("plan")
-        hit, hold, plan = await self._planner.hit_and_passage(goal, stopped)
-        result.plan = self._planner.message(plan, hit)
+        hit, hold, plan = await self._planner.hit_and_passage(goal, planned, stopped)
         began = self._driver.now()
-        # The hit has the goal's identifier, by which the executor knows that it belongs to it.
+        site = await self._approach.arrive(
+            planned, hit.contact_point.x, goal, self._goal.goal_id, stopped, self._on_walk)
+        if site != planned:
+            self._tell("plan")
+            hit, hold, plan = await self._planner.hit_and_passage(goal, site, stopped)
+        result.plan = self._planner.message(plan, hold, hit)
+        touched = goal.probe == ExecuteDoorImpact.Goal.AUTO and not site.certain
         done = await self._hits.execute(
             ExecuteDoorImpact.Goal(plan_id=hit.plan_id, speed_scale=goal.speed_scale,
-                                   probe=goal.probe, dry_run=goal.dry_run),
-            self._goal.goal_id, self._on_hit, stopped)
+                                   probe=ExecuteDoorImpact.Goal.ON if touched else goal.probe,
+                                   dry_run=goal.dry_run),
+            self._goal.goal_id, partial(self._on_hit, site), stopped)
         if done.contact_sensor:
             for name in ("contact_time", "peak_angle", "held_angle"):
                 setattr(result, name, getattr(done, name))
@@ -314,9 +330,9 @@ class DoorPasser(GuardedNode):
             raise PassageInfeasible(
                 f"{error}; the robot stands and holds the leaf", quantity=error.quantity,
                 value=error.value, limit=error.limit) from error
-        result.plan = self._planner.message(plan, hit)
-        self._doorway = hold.doorway
-        passage = await self._passed(plan, stopped)
+        result.plan = self._planner.message(plan, hold, hit)
+        self._hold = hold
+        passage = await self._passed(plan, hold, stopped)
         self._ended(result, passage, began)
 
     def _require_free(self) -> None:
@@ -330,7 +346,9 @@ class DoorPasser(GuardedNode):
                 raise NotReady(f"a goal of {other.action} is being executed: a passage begins when "
                                "it has ended", quantity="action", value=other.action)
 
-    async def _passed(self, plan: PassagePlan, stopped: Callable[[], bool]) -> Passage:
+    async def _passed(
+        self, plan: PassagePlan, hold: Hold, stopped: Callable[[], bool]
+    ) -> Passage:
         """Walk through the door, and return the passage when it has ended.
 
         Raises:
@@ -346,7 +364,7 @@ class DoorPasser(GuardedNode):
         self._finished, self._last_feedback = Future(), -math.inf
         self._inputs.intake.begin()
         self._inputs.motion = self._passage = passage
-        self._body.show(plan.walk.footsteps)
+        self._body.show(hold.in_odom(plan.walk.footsteps))
         self._body.send(passage.start(self._driver.now() + self._inputs.lag))
         passage.prepare_next()
         await self._finished

@@ -64,13 +64,17 @@ def goal_from(message: Any) -> WalkGoal:
     steps = []
     for number, step in enumerate(message.footsteps, start=1):
         where = f"footstep {number}"
-        steps.append(Footstep(step.side, *_pose(step.pose, where), step.duration))
-    pose = Pose(0.0, 0.0, 0.0) if steps else _pose(message.goal.pose, "the goal")
+        steps.append(Footstep(step.side, *floor_pose(step.pose, where), step.duration))
+    pose = Pose(0.0, 0.0, 0.0) if steps else floor_pose(message.goal.pose, "the goal")
     return WalkGoal(pose, tuple(steps), message.keep_heading, message.step_duration)
 
 
-def _pose(message: Any, what: str) -> Pose:
-    """Read a pose on the floor; its height does not matter."""
+def floor_pose(message: Any, what: str) -> Pose:
+    """Read a pose on the floor; its height does not matter.
+
+    Raises:
+        InvalidFootsteps: A number is not finite, or the pose is tilted.
+    """
     place, turn = message.position, message.orientation
     numbers = (place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w)
     if not all(map(math.isfinite, numbers)):

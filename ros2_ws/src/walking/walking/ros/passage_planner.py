@@ -20,13 +20,14 @@ from humanoid_motion.robot_model import RobotModel
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from walking.errors import PLANNING_ERRORS, HitNotPlanned, InvalidGoal, PassageInfeasible
+from walking.passing.approach import Site
 from walking.passing.held import HITS, Hold
 from walking.passing.passage import PassagePlan, plan_passage
 from walking.passing.passage_task import PassageTask
 from walking.passing.route import OPENING
 from walking.passing.settings import PassageSettings
 from walking.ros.background import Background
-from walking.ros.hit_client import HitClient
+from walking.ros.clients import HitPlanner
 from walking.ros.passer_messages import hold_of, plan_message
 
 
@@ -52,7 +53,7 @@ class PassagePlanner:
 
     def __init__(
         self, node: GuardedNode, robot: RobotModel, door: str, settings: PassageSettings,
-        hits: HitClient, seen: Straight,
+        hits: HitPlanner, seen: Straight,
     ) -> None:
         self._node, self._names, self._settings, self._hits, self._seen = (
             node, robot.joint_names, settings, hits, seen)
@@ -61,6 +62,7 @@ class PassagePlanner:
         self._identified: tuple[str, Door] | None = None  # name and dynamics
         self._numbers = itertools.count(1)  # of the plans
         self.last_hit: ImpactPlan | None = None
+        self._site: tuple[str, Site] = "", Site()  # of the plan of a hit with this plan_id
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         node.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
         node.create_subscription(ImpactPlan, "/door_impact_plan", self._on_hit, latched)
@@ -70,12 +72,13 @@ class PassagePlanner:
         self._background.close()
 
     async def hit_and_passage(
-        self, wanted: Any, stopped: Callable[[], bool] = never
+        self, wanted: Any, site: Site, stopped: Callable[[], bool] = never
     ) -> tuple[ImpactPlan, Hold, PassagePlan]:
         """Plan a hit, and the passage from its end.
 
         Args:
             wanted: A goal or a request.
+            site: Where the hit begins.
             stopped: Whether they are not wanted any more.
 
         Raises:
@@ -87,7 +90,8 @@ class PassagePlanner:
         for angle, ending in HITS if wanted.hit_angle < 0.0 else asked:
             try:
                 hit = self._seen.message(
-                    await self._hits.plan(angle, ending, wanted.run_up, stopped))
+                    await self._hits.plan(angle, ending, wanted.run_up, site.seen, stopped))
+                self._site = hit.plan_id, site
                 hold = self.hold(hit)
                 return hit, hold, await self.passage(
                     hold.task(), wanted.leaf_angle, stopped=stopped)
@@ -121,12 +125,14 @@ class PassagePlanner:
     def hold(self, hit: ImpactPlan) -> Hold:
         """Return how a hit is planned to end; errors are those of `hold_of`."""
         name, door = self._identified or ("", None)
-        return hold_of(hit, self._names, self._door, door if name == hit.door else None)
+        plan_id, site = self._site
+        return hold_of(hit, self._names, self._door, door if name == hit.door else None,
+                       site if plan_id == hit.plan_id else Site())
 
-    def message(self, plan: PassagePlan, hit: ImpactPlan) -> Any:
+    def message(self, plan: PassagePlan, hold: Hold, hit: ImpactPlan) -> Any:
         """Convert the passage after a hit to its message."""
         return self._seen.message(plan_message(
-            plan, f"passage-{next(self._numbers)}", hit.door,
+            plan, hold, f"passage-{next(self._numbers)}", hit.door,
             self._node.get_clock().now().to_msg()))
 
     def _on_closer(self, message: CloserParameters) -> None:

@@ -20,7 +20,8 @@ from trajectory_msgs.msg import JointTrajectory
 from walking.errors import HitNotPlanned, InvalidGoal, NoDoor
 from walking.execution.passage import Passage
 from walking.execution.walk import Outcome
-from walking.footsteps.footstep import Pose, Stance
+from walking.footsteps.footstep import Stance
+from walking.passing.approach import Site
 from walking.passing.doorway import Doorway
 from walking.passing.held import Hold
 from walking.passing.passage import PassagePlan
@@ -36,6 +37,9 @@ _CODES = {  # of the action and of the service, by the reason of an error
     "hit_not_planned": (Result.NO_PLAN, Response.NO_HIT),
     "not_ready": (Result.NOT_READY, Response.NOT_READY),
     "stopped": (Result.STOPPED, Response.NOT_READY),
+    "fell": (Result.FELL, Response.NOT_READY),
+    "bad_door_pose": (Result.BAD_DOOR_POSE, Response.NOT_READY),
+    "not_reached": (Result.NOT_REACHED, Response.NOT_READY),
 }
 _ENDS = {Outcome.SUCCESS: Result.NONE, Outcome.STOPPED: Result.STOPPED, Outcome.FELL: Result.FELL,
          Outcome.NOT_FOLLOWED: Result.DRIVER_REFUSED}
@@ -90,7 +94,8 @@ def last_posture(trajectory: JointTrajectory, names: Sequence[str]) -> Array | N
 
 
 def hold_of(
-    plan: ImpactPlan, names: Sequence[str], config: DoorConfig | None, identified: Door | None
+    plan: ImpactPlan, names: Sequence[str], config: DoorConfig | None, identified: Door | None,
+    site: Site,
 ) -> Hold:
     """Read how a hit is planned to end.
 
@@ -99,6 +104,7 @@ def hold_of(
         names: Names of the joints in the robot's order.
         config: The configured door, for its leaf and frame.
         identified: Dynamics of the door; None takes the configured ones.
+        site: Where the hit begins; the plan is as seen from its soles.
 
     Raises:
         HitNotPlanned: The plan does not end with a held leaf, or a number of it makes no sense.
@@ -112,25 +118,27 @@ def hold_of(
                 "names a file without a frame"), quantity="door", value=plan.door)
     last = next((phase.trajectory for phase in plan.phases if phase.name == "hold"), None)
     joints = None if last is None else last_posture(last, names)
-    left, right, point = plan.left_foot.position, plan.right_foot.position, plan.contact_point
+    left, right, point = (site.soles.moved(each.x, each.y) for each in (
+        plan.left_foot.position, plan.right_foot.position, plan.contact_point))
     along = LeafFrame(np.zeros(2), plan.initial_angle).along
-    hinge = np.array([point.x, point.y]) - plan.l_b * along[:2]
-    numbers = [*hinge, left.x, left.y, right.x, right.y, plan.held_angle]
+    hinge = np.array(point[:2]) - plan.l_b * along[:2]
+    numbers = [*hinge, *left, *right, plan.held_angle]
     if joints is None or not np.isfinite(numbers).all():
         raise HitNotPlanned(
             f"the hit of plan {plan.plan_id!r} does not end with a held leaf, or a number of it "
             "is not finite", quantity="plan_id", value=plan.plan_id)
     return Hold(identified or config.door(), Doorway(hinge, config.leaf, config.frame),
-                plan.held_angle,
-                Stance(Pose(left.x, left.y, 0.0), Pose(right.x, right.y, 0.0)),
-                joints)
+                plan.held_angle, Stance(left, right), joints, site.axes)
 
 
-def plan_message(plan: PassagePlan, plan_id: str, door: str, stamp: Any) -> DoorPassagePlan:
+def plan_message(
+    plan: PassagePlan, hold: Hold, plan_id: str, door: str, stamp: Any
+) -> DoorPassagePlan:
     """Convert a passage to its message.
 
     Args:
         plan: The passage.
+        hold: What it begins with.
         plan_id: Its identifier.
         door: Name of the door.
         stamp: Time of the planning, a builtin_interfaces/Time.
@@ -141,7 +149,7 @@ def plan_message(plan: PassagePlan, plan_id: str, door: str, stamp: Any) -> Door
     near, beside, mine = plan.leaf_clearance, plan.frame_clearance, plan.self_clearance
     message = DoorPassagePlan(
         plan_id=plan_id, door=door,
-        footsteps=footsteps_message(plan.walk.footsteps, stamp).footsteps,
+        footsteps=footsteps_message(hold.in_odom(plan.walk.footsteps), stamp).footsteps,
         times=time.tolist(), leaf_angle=plan.push.at(time).tolist(),
         hand_force=np.where(time <= plan.push.release, force, 0.0).tolist(),
         hand_radius=np.interp(time, known, plan.hand_radius).tolist(),

@@ -173,7 +173,8 @@ class Walker(GuardedNode):
             DoorImpactError: The walk cannot be made.
         """
         goal, dry = goal_from(goal_handle.request), goal_handle.request.dry_run
-        other = self._moved_by_others()
+        mine = goal_handle.goal_id
+        other = self._moved_by_others(mine)
         if other:
             raise NotReady(f"a goal of {other} is being executed: the robot walks when it has "
                            "ended", quantity="action", value=other)
@@ -195,7 +196,7 @@ class Walker(GuardedNode):
             return (f"this was a dry run: {len(plan.footsteps)} footsteps in "
                     f"{plan.duration:.1f} s could be made")
         self._require_wanted(goal_handle, number)
-        if self._moved_by_others() or self._walking() is not None or self._guard.steps:
+        if self._moved_by_others(mine) or self._walking() is not None or self._guard.steps:
             raise NotReady("another motion began while the walk was planned")
         walk = Walk(self._robot, plan, self._settings, onward=self._onward)
         self._inputs.intake.begin()
@@ -285,9 +286,14 @@ class Walker(GuardedNode):
         return start_state(
             self._robot, self._body.standing(), self._settings, self._postures)
 
-    def _moved_by_others(self) -> str:
-        """Name of another node's action that is moving the robot; empty if there is none."""
-        return next((each.action for each in self._others if each.running), "")
+    def _moved_by_others(self, goal_id: Any = None) -> str:
+        """Name of another node's action that is moving the robot; empty if there is none.
+
+        One that has the walker do a part of its work does not count; a passage walks up to the
+        door by a goal with its own identifier.
+        """
+        return next((each.action for each in self._others if each.running
+                     and not (goal_id and each.asked_for(goal_id))), "")
 
     # -- results --------------------------------------------------------------------------------
 

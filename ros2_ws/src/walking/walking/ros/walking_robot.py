@@ -57,7 +57,7 @@ class WalkingRobot:
         name = Parameters(node, ROBOT, read_only=False).text("robot_config")
         self.model = RobotModel(load_robot_config(name or None))
         self.sight = sight(self.model.config, hinge)
-        self._turned = hinge == "left"
+        self._hinge = hinge
         self.topics = RobotTopics(
             node, self.model.joint_names, self.model.joint_ranges, Parameters(node, SILENCE),
             after, partial(doubts, self.model), door=at_door, hand=at_door,
@@ -77,11 +77,15 @@ class WalkingRobot:
     def show(self, footsteps: Sequence[Footstep]) -> None:
         """Show footsteps to viewers."""
         stamp = self._node.get_clock().now().to_msg()
-        if self._turned:
-            footsteps = [Footstep(other(step.side), *_turned(step.pose), step.duration)
+        if self._hinge == "left":
+            footsteps = [Footstep(other(step.side), *self.turned(step.pose), step.duration)
                          for step in footsteps]
         self._footsteps.publish(footsteps_message(footsteps, stamp))
         self._markers.publish(footstep_markers(self.model.config, footsteps, stamp))
+
+    def turned(self, pose: Pose) -> Pose:
+        """Return a pose in odom as it is seen, or one that is seen as it is in odom."""
+        return Pose(*before(self._hinge, pose))
 
     @property
     def heard(self) -> bool:
@@ -130,9 +134,4 @@ class WalkingRobot:
     def _on_tf(self, message: TFMessage) -> None:
         heard = base_pose(message, "base_link")
         if heard is not None:
-            self._base = (heard[0], _turned(heard[1])) if self._turned else heard
-
-
-def _turned(pose: Pose) -> Pose:
-    """Return the mirror image of a pose."""
-    return Pose(*before("left", pose))
+            self._base = heard[0], self.turned(heard[1])
