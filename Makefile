@@ -30,6 +30,7 @@ ENDING ?= $(or $(HOLD),hold)
 RUN_UP ?= mcv50
 ENGINE ?= pybullet
 OUT ?= out/demo
+PARAMS ?=
 GUI ?= 0
 VIEW ?= 1
 HITS ?= 1
@@ -48,7 +49,7 @@ export OPENBLAS_NUM_THREADS := 1
 help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
 	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited"
-	@echo "             ENDING=hold|retreat|pass ENGINE=pybullet|mujoco GUI=1 HITS=2 OUT=out/demo"
+	@echo "             ENDING=hold|retreat|pass ENGINE=pybullet|mujoco GUI=1 HITS=2 PARAMS=FILE.yaml OUT=out/demo"
 	@echo "make up      the same nodes and a view in the browser, until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1 VIEW=0"
 	@echo "make test    every package, the graph and the demo, in minutes"
 	@echo "make test-all   also what takes long: whole runs, many random draws, interruptions"
@@ -101,11 +102,11 @@ ros2_ws/install/.ready: $(COLCON_FILES)
 demo: $(READY)
 	@$(ROS2) run door_impact_evaluation demo --door "$(DOOR)" --target-deg "$(TARGET_DEG)" \
 	  --ending "$(ENDING)" --run-up "$(RUN_UP)" --hits "$(HITS)" --engine "$(ENGINE)" \
-	  --gui "$(GUI)" --out "$(OUT)"
+	  --gui "$(GUI)" --params "$(PARAMS)" --out "$(OUT)"
 
 up: $(READY)
 	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" engine:="$(ENGINE)" \
-	  gui:="$(GUI)" view:="$(VIEW)" experience:=out/experience.yaml
+	  gui:="$(GUI)" view:="$(VIEW)" experience:=out/experience.yaml $(if $(PARAMS),params:="$(PARAMS)")
 
 # Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from door_impact_common.errors import DoorImpactError, OutputError
 from door_impact_common.files import make_folder
+from door_impact_common.yaml_files import read_yaml
 from door_model.door.config import load_door
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from impact_planner.task.settings import ENDINGS, RUN_UPS
@@ -120,23 +121,27 @@ def _parser() -> argparse.ArgumentParser:
                         help=f"physics engine (default: {WorldSettings.engine})")
     parser.add_argument("--gui", choices=("0", "1"), default="0",
                         help="1 opens the physics engine's window")
+    parser.add_argument("--params", default="",
+                        help="parameter file that every node reads (default: the bringup's)")
     parser.add_argument("--out", type=Path, default=Path("out/demo"),
                         help="folder in which the results are written (default: out/demo)")
     return parser
 
 
-def _demonstrate(settings: DemoSettings, simulation: Mapping[str, str]) -> None:
+def _demonstrate(settings: DemoSettings, graph: Mapping[str, str]) -> None:
     """Run a demonstration from the start of the nodes until the results are in their place.
 
     Args:
         settings: What to do.
-        simulation: Launch arguments of the simulation.
+        graph: Launch arguments of the nodes.
 
     Raises:
         DoorImpactError: The demonstration could not be run, or its motion failed.
         KeyboardInterrupt: It was interrupted.
     """
-    load_door(settings.door)  # its errors are reported before anything is started
+    load_door(settings.door)  # errors of files are reported before anything is started
+    if "params" in graph:
+        read_yaml(graph["params"])
     # Imported here: a wrong command line is refused at once, without loading ROS and the planner.
     from door_impact_evaluation.demo.demo_runner_node import refuse_running_graph
 
@@ -144,7 +149,7 @@ def _demonstrate(settings: DemoSettings, simulation: Mapping[str, str]) -> None:
     folder = ResultFolder(settings.out)
     folder.begin()
     try:
-        _run_with_nodes(replace(settings, out=folder.unfinished), simulation)
+        _run_with_nodes(replace(settings, out=folder.unfinished), graph)
     finally:
         if folder.is_complete():
             folder.replace()
@@ -156,14 +161,14 @@ def _demonstrate(settings: DemoSettings, simulation: Mapping[str, str]) -> None:
         folder.release()
 
 
-def _run_with_nodes(settings: DemoSettings, simulation: Mapping[str, str]) -> None:
+def _run_with_nodes(settings: DemoSettings, graph: Mapping[str, str]) -> None:
     from door_impact_evaluation.demo.demo_runner_node import run
 
     simulation_log, recording = ((settings.out / name).resolve()
                                  for name in ("simulation.npz", report.RECORDING))
     launcher = start_nodes(
         settings.out / LOG, f"door:={settings.door}", "paced:=false",
-        *(f"{name}:={value}" for name, value in simulation.items()),
+        *(f"{name}:={value}" for name, value in graph.items()),
         f"log_file:={simulation_log}", f"record:={recording}")
     try:
         run(settings, lambda: launcher.poll() is None, lambda: stop_nodes(launcher))
@@ -233,8 +238,11 @@ def main(args: list[str] | None = None) -> int:
         signal.signal(number, signal.default_int_handler)
     settings = DemoSettings(options.door, options.target_deg, options.ending, options.run_up,
                             options.hits, options.out)
+    graph = {"engine": options.engine, "gui": options.gui}
+    if options.params:
+        graph["params"] = options.params
     try:
-        _demonstrate(settings, {"engine": options.engine, "gui": options.gui})
+        _demonstrate(settings, graph)
     except DoorImpactError as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1

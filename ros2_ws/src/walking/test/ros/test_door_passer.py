@@ -1,9 +1,10 @@
 """The node door_passer beside a driver that follows every trajectory, in simulated time.
 
-Planner and executor are played: the planner answers with one plan, and a hit takes the robot at
-once to where this plan ends.
+Planner, executor and walker are played: the planner answers with one plan, and a hit or a walk
+takes the robot at once to where it ends, a walk not exactly.
 """
 
+import copy
 import math
 import os
 import time
@@ -21,12 +22,17 @@ from action_msgs.msg import GoalStatus
 from door_impact_common.driver.active_goals import ActiveGoals
 from door_impact_common.node import executor_of, spin_for
 from door_impact_common.stamps import seconds, stamp_of
-from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
+from door_impact_msgs.action import ExecuteDoorImpact, Walk, WalkThroughDoor
 from door_impact_msgs.msg import HandCompliance, ImpactPlan, PlanPhase
 from door_impact_msgs.srv import PlanDoorImpact, PlanDoorPassage
 from door_model.door.config import load_door
 from door_model.door.geometry import before
-from geometry_msgs.msg import Point, TransformStamped, WrenchStamped
+from geometry_msgs.msg import (
+    Point,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    WrenchStamped,
+)
 from humanoid_motion.knots import Knots
 from humanoid_motion.mirror import sight
 from rclpy.action import ActionClient, ActionServer, CancelResponse
@@ -36,9 +42,14 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from walking.footsteps.footstep import ORIGIN, Pose
+from walking.passing.approach import hit_start
 from walking.ros.door_passer_node import DoorPasser
+from walking.ros.messages import floor_pose, pose_message
 
 TICK = 0.005  # period of the driver [s]
+SURVEY = Pose(-0.4056, -0.715, 0.0)
+OFF = Pose(0.012, -0.006, math.radians(0.6))  # of a walk's end from its goal
 Result = WalkThroughDoor.Result
 
 
@@ -81,6 +92,9 @@ class Rig:
         self.server = ActionServer(
             self.other, ExecuteDoorImpact, "/execute_door_impact", self.on_hit,
             cancel_callback=self.on_cancel)
+        self.walker = ActionServer(
+            self.other, Walk, "/walk", self.on_walk, cancel_callback=self.on_cancel)
+        self.told = publisher(PoseWithCovarianceStamped, "/door_pose", 1)
         self.client = ActionClient(self.other, WalkThroughDoor, "/walk_through_door")
         self.service = self.other.create_client(PlanDoorPassage, "/plan_door_passage")
         self.executor = executor_of(self.node)
@@ -89,15 +103,46 @@ class Rig:
         self.followed: tuple[float, Knots] | None = None
         self.requests: list[Any] = []  # of the planner
         self.hits: list[Any] = []  # goals of hits
-        self.wait: Future | None = None  # a hit lasts until this is done
+        self.walks: list[Pose] = []  # goals of walks
+        self.place = ORIGIN  # middle between the soles before the hit, in odom
+        self.walk_ends = Walk.Result.NONE
+        self.wait: Future | None = None  # a hit or a walk lasts until this is done
         self.off: Callable[[float], float] = lambda _: 0.0  # of the leaf from its plan [rad]
         self.feedback: list[Any] = []
 
     def on_plan(self, request: Any, response: Any) -> Any:
         """Answer as the planner does."""
         self.requests.append(request)
-        response.success, response.plan = True, self.seen.message(self.plan)
+        plan = copy.deepcopy(self.plan)
+        if request.l_b > 0.0:
+            plan.l_b, plan.contact_point.y = request.l_b, -request.door_distance
+        response.success, response.plan = True, self.seen.message(plan)
         return response
+
+    async def on_walk(self, handle: Any) -> Any:
+        """Put the robot near the goal."""
+        assert self.passages.asked_for(handle.goal_id)
+        self.walks.append(Pose(*before(
+            self.hinge, floor_pose(handle.request.goal.pose, "the goal"))))
+        handle.publish_feedback(Walk.Feedback(zmp_margin=0.05))
+        if self.wait is not None:
+            await self.wait
+        if self.walk_ends == Walk.Result.NONE and not handle.is_cancel_requested:
+            self.place = self.walks[-1].moved(*OFF)
+        handle.succeed()
+        return Walk.Result(success=self.walk_ends == Walk.Result.NONE, error_code=self.walk_ends)
+
+    def tell(self, door: Pose, std: float, age: float = 0.0) -> None:
+        """Say on /door_pose where the door is, with a standard deviation of its place [m]."""
+        message = PoseWithCovarianceStamped()
+        message.header.stamp, message.header.frame_id = (
+            stamp_of(round((self.now - age) * 1e9)), "odom")
+        message.pose.pose = pose_message(Pose(*before(self.hinge, door)))
+        message.pose.covariance[0] = message.pose.covariance[7] = std**2
+        heard = self.node._approach._told
+        self.until(lambda: self.told.get_subscription_count() > 0)
+        self.told.publish(message)
+        self.until(lambda: self.node._approach._told is not heard)
 
     async def on_hit(self, handle: Any) -> Any:
         """Put the robot where the hit ends, without the motion that leads there."""
@@ -166,7 +211,8 @@ class Rig:
         message.header.stamp, message.header.frame_id = stamp, "odom"
         place, turn, left = (
             message.transform.translation, message.transform.rotation, self.task.stance.left)
-        place.x, place.y, heading = before(self.hinge, (left.x - sole[0], left.y - sole[1], 0.0))
+        place.x, place.y, heading = before(
+            self.hinge, self.place.moved(left.x - sole[0], left.y - sole[1]))
         turn.z, turn.w = math.sin(0.5 * heading), math.cos(0.5 * heading)
         return message
 
@@ -211,6 +257,7 @@ def rig(request, robot, task, tmp_path) -> Iterator[Rig]:
     finally:
         made.executor.shutdown()
         made.server.destroy()  # its states would be latched beyond the context
+        made.walker.destroy()
         made.node.destroy_node()
         made.other.destroy_node()
         rclpy.shutdown()
@@ -295,3 +342,56 @@ def test_the_service_plans_from_the_end_of_a_hit(rig):
     assert {len(values) for values in (answer.plan.leaf_angle, answer.plan.hand_force,
                                        answer.plan.hand_radius)} == {count}
     assert answer.plan.zmp_margin > 0.01
+
+
+@pytest.mark.parametrize("rig", ["left"], indirect=True)
+def test_a_robot_elsewhere_walks_up_and_passes_from_where_it_really_stands(rig):
+    """Hit and passage are planned anew there; the door is where it is in odom."""
+    rig.place = Pose(-1.2, 1.6, 0.5)
+    found = rig.end(rig.send(probe=ExecuteDoorImpact.Goal.OFF)).result
+    assert found.success, found.message
+    assert list(dict.fromkeys(each.phase for each in rig.feedback)) == [
+        "plan", "approach", "hit", "push", "walk", "square_up"]
+    assert rig.walks == [pytest.approx(ORIGIN)]
+    first, seen = rig.requests
+    assert (first.door_distance, first.l_b) == (-1.0, -1.0)
+    b = rig.place.moved(rig.plan.contact_point.x, -seen.door_distance)
+    assert b[:2] == pytest.approx((SURVEY.x + seen.l_b, SURVEY.y), abs=1e-3)
+    assert [goal.probe for goal in rig.hits] == [ExecuteDoorImpact.Goal.OFF]
+    assert found.plan.footsteps[-1].pose.position.y < rig.task.doorway.far_face
+    assert all(each.clearance > 0.0 for each in rig.feedback if each.phase == "walk")
+
+
+def test_a_door_that_is_told_of_is_touched_and_passed_where_it_is(rig):
+    door = Pose(3.0, 1.0, 2.0)
+    start = hit_start(door, SURVEY)
+    rig.place = start.moved(0.004, 0.0)  # nobody walks so far
+    rig.tell(door, 0.01)
+    found = rig.end(rig.send(dry_run=True)).result
+    assert found.success, found.message
+    assert [goal.probe for goal in rig.hits] == [ExecuteDoorImpact.Goal.ON]
+    assert rig.walks == []
+    assert rig.requests[-1].l_b == pytest.approx(rig.plan.contact_point.x - SURVEY.x + 0.004)
+    last = floor_pose(found.plan.footsteps[-1].pose, "the last footstep")
+    assert last.seen_from(start).y < rig.task.doorway.far_face
+
+
+def test_without_a_way_to_the_door_nothing_moves(rig):
+    """And no hit follows a walk that has not arrived, or was cancelled."""
+    rig.place = Pose(-1.2, 1.6, 0.5)
+    assert rig.end(rig.send(walk_up=False)).result.error_code == Result.NOT_REACHED
+    for ends, wanted in ((Walk.Result.INFEASIBLE, Result.NOT_REACHED),
+                         (Walk.Result.FELL, Result.FELL)):
+        rig.walk_ends = ends
+        assert rig.end(rig.send()).result.error_code == wanted
+    rig.walk_ends, rig.wait = Walk.Result.NONE, Future()
+    handle = rig.send()
+    rig.until(lambda: len(rig.walks) == 3)
+    handle.cancel_goal_async()
+    found = rig.end(handle)
+    assert (found.status, found.result.error_code) == (
+        GoalStatus.STATUS_CANCELED, Result.STOPPED)
+    for y, std, age in ((-1.0, 0.02, 0.0), (-1.0, 0.0, 6.0), (3.0, 0.0, 0.0)):
+        rig.tell(Pose(0.0, y, 0.0), std, age)
+        assert rig.end(rig.send()).result.error_code == Result.BAD_DOOR_POSE
+    assert (rig.hits, rig.followed, len(rig.walks)) == ([], None, 3)
