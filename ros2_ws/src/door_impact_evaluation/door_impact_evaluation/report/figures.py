@@ -143,11 +143,13 @@ def zmp(record: DemoRecord, path: Path) -> None:
     axes.set(xlabel="time from the start of the motion [s]",
              ylabel="towards the door, -y in odom [m]",
              xlim=(0.0, record.phases[list(record.phases)[-1]][1] - t0))
-    axes.set_ylim(support.low.min() - 0.05, support.high.max() + 0.05)
+    shown = t >= 0.0  # not a walk up to the door
+    axes.set_ylim(support.low[shown].min() - 0.05, support.high[shown].max() + 0.05)
     figure.legend(fontsize=8, ncols=3, loc="outside lower center")
     axes.grid(alpha=0.3)
     pad = label_spans(
-        axes, [(name, start - t0, end - t0) for name, (start, end) in record.phases.items()])
+        axes, [(name, start - t0, end - t0) for name, (start, end) in record.phases.items()
+               if start >= t0])
     axes.set_title("ZMP from the foot sensors (the paper's Fig. 8)", pad=pad)
     _save(figure, path)
 

@@ -124,11 +124,15 @@ def rehearse(
 
 
 def planned(
-    robot: RobotModel, known: KnownDoor, target_deg: float, run_up: str, ending: str
+    robot: RobotModel, known: KnownDoor, target_deg: float, run_up: str, ending: str,
+    **place: float,
 ) -> ImpactPlan:
-    """Plan a hit on the door at its configured place; arguments and errors as of `rehearse`."""
+    """Plan a hit; `place` may have door_distance and l_b of `PlanRequest`, otherwise as surveyed.
+
+    Further arguments and errors are those of `rehearse`.
+    """
     return plan_impact(
-        PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known, robot,
+        PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending, **place), known, robot,
         make_settings(configured_placement()))
 
 
@@ -190,7 +194,7 @@ def execute(
         ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
         point_b, probe=probe)
     send(execution.start(world.step().time))
-    end = LONGEST
+    end = world.time + LONGEST
     encoder = encoder or DoorEncoder(world.settings.encoder_bits)
     while not world.fell and world.time < end:
         sample = world.step()

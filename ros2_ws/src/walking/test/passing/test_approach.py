@@ -6,21 +6,22 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from walking.errors import BadDoorPose
+from walking.errors import BadDoorPose, NotReached
 from walking.footsteps.footstep import ORIGIN, Pose
 from walking.passing.approach import (
     FARTHEST,
     FOUND,
+    NEAR,
     ROOM,
+    arrived,
     hit_start,
     require_found,
     require_way,
-    seen_door,
 )
 
 SURVEY = Pose(-0.4056, -0.715, 0.0)
 poses = st.builds(Pose, *[st.floats(-3.0, 3.0)] * 3)
-offs = st.builds(Pose, *[st.floats(-0.02, 0.02)] * 3)
+offs = st.builds(Pose, *[st.floats(-0.014, 0.014)] * 3)
 
 
 @given(poses, poses)
@@ -32,10 +33,19 @@ def test_from_where_a_hit_begins_the_door_is_seen_as_surveyed(door, survey):
 @given(poses, offs)
 def test_b_lies_on_the_leaf_wherever_the_soles_are(door, off):
     """From the hinge l_B along the leaf leads to the same point as from the soles to B."""
-    distance, l_b = seen_door(SURVEY, off, 0.01)
-    b = hit_start(door, SURVEY).moved(*off).moved(0.01, -distance)
+    start = hit_start(door, SURVEY)
+    site = arrived(start, start.moved(*off), SURVEY, 0.01)
+    assert site.soles == pytest.approx(off, abs=1e-9)
+    distance, l_b = site.seen
+    b = start.moved(*off).moved(0.01, -distance)
     assert b[:2] == pytest.approx(door.moved(l_b, 0.0)[:2], abs=1e-9)
-    assert seen_door(SURVEY, ORIGIN, 0.01) == pytest.approx((0.715, 0.4156))
+    assert arrived(start, start, SURVEY, 0.01).seen == pytest.approx((0.715, 0.4156))
+
+
+def test_a_robot_beside_the_start_has_not_arrived():
+    for off in ((NEAR[0] + 1e-6, 0.0, 0.0), (0.0, 0.0, NEAR[1] + 1e-6), (math.nan, 0.0, 0.0)):
+        with pytest.raises(NotReached):
+            arrived(ORIGIN, Pose(*off), SURVEY, 0.01)
 
 
 @given(st.floats(-3.0, 3.0), st.integers(0, 9999))

@@ -56,17 +56,27 @@ def hit_start(door: Pose, survey: Pose) -> Pose:
     return door.moved(*ORIGIN.seen_from(survey))
 
 
-def seen_door(survey: Pose, soles: Pose, ahead: float) -> tuple[float, float]:
-    """Return the distance of the leaf's face at B from the soles, and of B from the hinge [m].
+def arrived(
+    axes: Pose, middle: Pose, survey: Pose, ahead: float, *, certain: bool = False
+) -> Site:
+    """Return where a hit begins of a robot that has come there.
 
     Args:
-        survey: The door in the axes in which a hit begins.
-        soles: Middle between the soles in these axes.
+        axes: Where it was to begin, in odom.
+        middle: Middle between the soles in odom.
+        survey: The door in these axes.
         ahead: Distance of B ahead of the soles, along their heading [m].
+        certain: Whether the survey still says where the leaf is.
+
+    Raises:
+        NotReached: The robot stands elsewhere.
     """
+    require_arrived(middle, axes)
+    soles = middle.seen_from(axes)
     door = survey.seen_from(soles)
     along = ahead - door.x
-    return -(door.y + along * math.tan(door.yaw)), along / math.cos(door.yaw)
+    seen = -(door.y + along * math.tan(door.yaw)), along / math.cos(door.yaw)
+    return Site(axes, soles, seen, certain)
 
 
 def within(pose: Pose, other: Pose, limits: tuple[float, float]) -> bool:

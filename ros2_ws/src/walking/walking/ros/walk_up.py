@@ -19,11 +19,11 @@ from walking.passing.approach import (
     NEAR,
     SURVEYED,
     Site,
+    arrived,
     hit_start,
     require_arrived,
     require_found,
     require_way,
-    seen_door,
     within,
 )
 from walking.ros.clients import MotionClient
@@ -123,12 +123,10 @@ class WalkUp:
             rested = self._now() + _REST
             await until(self._node, lambda: self._now() >= rested, 10.0 * _REST)
         axes, middle = hit_start(self._door(), self._survey), self._middle()
-        require_arrived(middle, axes)
         certain = self._told is None and not walks
         if certain and within(middle, axes, SURVEYED):
             return site
-        soles = middle.seen_from(axes)
-        return Site(axes, soles, seen_door(self._survey, soles, ahead), certain)
+        return arrived(axes, middle, self._survey, ahead, certain=certain)
 
     def _middle(self) -> Pose:
         """Return the middle between the soles; errors are those of `WalkingRobot.standing`."""
