@@ -9,6 +9,7 @@ from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 from walking.errors import PassageInfeasible
+from walking.footsteps.footstep import ORIGIN, Pose
 
 
 def test_a_door_whose_frame_is_not_known_is_refused_before_anything_is_simulated(tmp_path):
@@ -19,13 +20,15 @@ def test_a_door_whose_frame_is_not_known_is_refused_before_anything_is_simulated
 
 
 @pytest.mark.nightly("a hit and a passage, a minute each")
-@pytest.mark.parametrize(("door", "hinge", "run_up", "engine"), [
-    ("paper", "right", "mcv50", "pybullet"), ("size4", "right", "zmp_limited", "mujoco"),
-    ("paper", "left", "mcv50", "mujoco")])
-def test_the_robot_hits_the_door_and_walks_through(tmp_path, door, hinge, run_up, engine):
+@pytest.mark.parametrize(("door", "hinge", "run_up", "engine", "start"), [
+    ("paper", "right", "mcv50", "pybullet", ORIGIN),
+    ("size4", "right", "zmp_limited", "mujoco", ORIGIN),
+    ("paper", "left", "mcv50", "mujoco", ORIGIN),
+    ("paper", "right", "mcv50", "mujoco", Pose(-1.2, 1.6, 0.5))])
+def test_the_robot_hits_the_door_and_walks_through(tmp_path, door, hinge, run_up, engine, start):
     """In the planned steps, with 15 mm of ZMP margin, and less than 80 N at the hand."""
     found = pass_run.pass_door(tmp_path / "log.npz", door=replace(load_door(door), hinge=hinge),
-                               run_up=run_up, engine=engine)
+                               run_up=run_up, engine=engine, walk_up_from=start)
     figures = passage_measures.summary(found.record, RobotModel(load_robot_config()))
     assert (found.why, figures["passed"]) == ("", True)
     assert figures["steps"] == len(found.plan.walk.footsteps)

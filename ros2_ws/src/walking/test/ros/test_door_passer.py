@@ -46,6 +46,7 @@ from walking.footsteps.footstep import ORIGIN, Pose
 from walking.passing.approach import hit_start
 from walking.ros.door_passer_node import DoorPasser
 from walking.ros.messages import floor_pose, pose_message
+from walking.ros.walker_node import Walker
 
 TICK = 0.005  # period of the driver [s]
 SURVEY = Pose(-0.4056, -0.715, 0.0)
@@ -89,11 +90,11 @@ class Rig:
             HandCompliance, "/hand_compliance", self.compliance.append, 10)
         self.other.create_service(PlanDoorImpact, "/plan_door_impact", self.on_plan)
         self.passages = ActiveGoals(self.other, "/walk_through_door")
-        self.server = ActionServer(
-            self.other, ExecuteDoorImpact, "/execute_door_impact", self.on_hit,
-            cancel_callback=self.on_cancel)
-        self.walker = ActionServer(
-            self.other, Walk, "/walk", self.on_walk, cancel_callback=self.on_cancel)
+        self.servers = [
+            ActionServer(self.other, kind, name, done, cancel_callback=self.on_cancel)
+            for kind, name, done in (
+                (ExecuteDoorImpact, "/execute_door_impact", self.on_hit),
+                (Walk, "/walk", self.on_walk))]
         self.told = publisher(PoseWithCovarianceStamped, "/door_pose", 1)
         self.client = ActionClient(self.other, WalkThroughDoor, "/walk_through_door")
         self.service = self.other.create_client(PlanDoorPassage, "/plan_door_passage")
@@ -139,10 +140,10 @@ class Rig:
             stamp_of(round((self.now - age) * 1e9)), "odom")
         message.pose.pose = pose_message(Pose(*before(self.hinge, door)))
         message.pose.covariance[0] = message.pose.covariance[7] = std**2
-        heard = self.node._approach._told
+        heard = self.node._walk_up._told
         self.until(lambda: self.told.get_subscription_count() > 0)
         self.told.publish(message)
-        self.until(lambda: self.node._approach._told is not heard)
+        self.until(lambda: self.node._walk_up._told is not heard)
 
     async def on_hit(self, handle: Any) -> Any:
         """Put the robot where the hit ends, without the motion that leads there."""
@@ -256,8 +257,8 @@ def rig(request, robot, task, tmp_path) -> Iterator[Rig]:
         yield made
     finally:
         made.executor.shutdown()
-        made.server.destroy()  # its states would be latched beyond the context
-        made.walker.destroy()
+        for server in made.servers:
+            server.destroy()  # its states would be latched beyond the context
         made.node.destroy_node()
         made.other.destroy_node()
         rclpy.shutdown()
@@ -360,6 +361,19 @@ def test_a_robot_elsewhere_walks_up_and_passes_from_where_it_really_stands(rig):
     assert [goal.probe for goal in rig.hits] == [ExecuteDoorImpact.Goal.OFF]
     assert found.plan.footsteps[-1].pose.position.y < rig.task.doorway.far_face
     assert all(each.clearance > 0.0 for each in rig.feedback if each.phase == "walk")
+
+
+def test_the_walker_lets_the_walk_of_a_passage_through(rig):
+    """It refuses others' while a passage runs; a dry run has it plan the way."""
+    rig.servers.pop().destroy()
+    walker = Walker()
+    rig.executor.add_node(walker)
+    try:
+        rig.place = Pose(-0.3, 0.4, 0.2)
+        found = rig.end(rig.send(dry_run=True)).result
+        assert found.success, found.message
+    finally:
+        walker.destroy_node()
 
 
 def test_a_door_that_is_told_of_is_touched_and_passed_where_it_is(rig):

@@ -133,6 +133,7 @@ def require_found(covariance: Array, yaw: float, along: float) -> None:
     """
     across = np.array([-math.sin(yaw), math.cos(yaw), along])
     variance = float(across @ covariance @ across)
-    if not 0.0 <= variance <= FOUND**2:
-        raise BadDoorPose(quantity="variance of the leaf's distance [m^2]", value=variance,
-                          limit=f"at most ({FOUND:g} m)^2, with which a slow touch finds it")
+    std = math.sqrt(variance) if variance >= 0.0 else math.nan
+    if not std <= FOUND:
+        raise BadDoorPose(quantity="standard deviation of the leaf's distance [m]", value=std,
+                          limit=f"at most {FOUND:g}, with which a slow touch finds it")

@@ -78,7 +78,7 @@ class DoorPasser(GuardedNode):
         self._robot, self._driver = self._body.model, self._body.topics
         self._inputs = self._driver.inputs
         self._hits = MotionClient(self, ExecuteDoorImpact, EXECUTE, "impact_executor")
-        self._approach = WalkUp(self, self._body)
+        self._walk_up = WalkUp(self, self._body)
         self._planner = PassagePlanner(
             self, self._robot, door, self._settings, HitPlanner(self), self._body.sight)
         self._others = [ActiveGoals(self, action) for action in (EXECUTE, WALK)]
@@ -224,7 +224,7 @@ class DoorPasser(GuardedNode):
                 pass  # nobody holds the leaf
             else:
                 return last, hold, await self._planner.passage(task, request.leaf_angle)
-        return await self._planner.hit_and_passage(request, self._approach.site())
+        return await self._planner.hit_and_passage(request, self._walk_up.site())
 
     def _found(self, hold: Hold) -> PassageTask:
         """Return the passage from where a hit has left the robot, as it is measured.
@@ -255,7 +255,7 @@ class DoorPasser(GuardedNode):
         if self._passage is not None:
             self._passage.stop("the passage was stopped, as requested; the robot stands, and its "
                                "hand stays where it is")
-        for motion in (self._approach, self._hits):
+        for motion in (self._walk_up, self._hits):
             motion.cancel()
         return CancelResponse.ACCEPT
 
@@ -292,12 +292,12 @@ class DoorPasser(GuardedNode):
         require_angles(goal)
         self._require_free()
         await until(self, lambda: self._body.heard or stopped(), PATIENCE)
-        planned = self._approach.site()
-        self._approach.require_way(planned, goal.walk_up)
+        planned = self._walk_up.site()
+        self._walk_up.require_reachable(planned, goal.walk_up)
         self._tell("plan")
         hit, hold, plan = await self._planner.hit_and_passage(goal, planned, stopped)
         began = self._driver.now()
-        site = await self._approach.arrive(
+        site = await self._walk_up.arrive(
             planned, hit.contact_point.x, goal, self._goal.goal_id, stopped, self._on_walk)
         if site != planned:
             self._tell("plan")

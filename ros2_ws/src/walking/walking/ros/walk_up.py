@@ -69,11 +69,11 @@ class WalkUp:
         """
         age = 0.0 if self._told is None else self._now() - seconds(self._told.header.stamp)
         if not abs(age) <= _OLDEST:
-            raise BadDoorPose(quantity=f"age of {DOOR_POSE} [s]", value=age,
+            raise BadDoorPose(quantity=f"age of {DOOR_POSE} [s]", value=round(age, 1),
                               limit=f"at most {_OLDEST:g}")
         return Site(hit_start(self._door(), self._survey), certain=self._told is None)
 
-    def require_way(self, site: Site, walk_up: bool) -> None:
+    def require_reachable(self, site: Site, walk_up: bool) -> None:
         """Check that the robot stands where a hit is to begin, or can and may walk there.
 
         Raises:
