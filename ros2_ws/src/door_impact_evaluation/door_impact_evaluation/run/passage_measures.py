@@ -14,6 +14,7 @@ import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.robot_model import RobotModel
 from numpy.typing import NDArray
+from walking.passing.checks import holding_links
 
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.body_distances import BodyDistances
@@ -123,11 +124,8 @@ def nearest(walk: WalkedThrough, robot: RobotModel) -> tuple[float, str]:
 
 def _holding(walk: WalkedThrough, robot: RobotModel) -> NDArray[np.bool_]:
     """Return which bodies may touch the leaf at the samples of the distances, (K, S)."""
-    found, model = walk.distances, robot.model
-    elbow = model.getJointId(robot.config.arm.elbow)
-    beyond = np.array([
-        elbow in list(model.supports[int(model.frames[model.getFrameId(link)].parentJoint)])
-        for link in found.links])
+    found, (forearm, hand) = walk.distances, holding_links(robot)
+    beyond = np.isin(found.links, [*forearm, *hand])
     released = found.time > walk.release
     gone = np.maximum.accumulate(released[:, None] & (found.leaf > _LEFT), axis=0)
     return np.asarray(beyond & ~gone)
