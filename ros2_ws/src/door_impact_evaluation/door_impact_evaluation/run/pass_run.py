@@ -123,7 +123,7 @@ def _planned(
     for angle, ending in hits:
         try:
             hit = rehearsal.planned(robot, known, math.degrees(angle), run_up, ending)
-            hold = _hold_of(hit, known)
+            hold = hold_of(hit, known)
             plan_passage(robot, hold.task(), passing)
             return hit, hold
         except (PlannerError, *PLANNING_ERRORS) as error:
@@ -134,7 +134,7 @@ def _planned(
     raise refused
 
 
-def _hold_of(hit: ImpactPlan, known: KnownDoor) -> Hold:
+def hold_of(hit: ImpactPlan, known: KnownDoor) -> Hold:
     """Describe how a hit is planned to end.
 
     Raises:
