@@ -81,7 +81,7 @@ def pass_door(
     config = load_door(door) if isinstance(door, str) else door
     robot, known = RobotModel(load_robot_config()), known or KnownDoor.configured(config)
     passing = passing or PassageSettings()
-    hit, hold = _planned(robot, known, hits, run_up, passing)
+    hit, hold, before = _planned(robot, known, hits, run_up, passing)
     passage, begin = None, math.nan
     world = rehearsal.world_of(robot, config, hit, door_offset, **settings)
     try:
@@ -98,7 +98,7 @@ def pass_door(
             try:
                 plan = plan_passage(robot, hold.found(
                     last[0].position, hold.stance, execution.door_angle, world.commanded,
-                    np.asarray(last[0].imu.orientation)), passing)
+                    np.asarray(last[0].imu.orientation)), passing, before)
                 passage = Passage(robot, plan, yields=passing.yields)
                 _, begin = walk_run.execute(
                     world, robot, plan.walk, step_change=False, execution=passage,
@@ -117,15 +117,14 @@ def pass_door(
 def _planned(
     robot: RobotModel, known: KnownDoor, hits: Sequence[tuple[float, str]], run_up: str,
     passing: PassageSettings,
-) -> tuple[ImpactPlan, Hold]:
+) -> tuple[ImpactPlan, Hold, PassagePlan]:
     """Plan the first hit from whose end a passage can be planned; errors as of `pass_door`."""
     refused: DoorImpactError | None = None
     for angle, ending in hits:
         try:
             hit = rehearsal.planned(robot, known, math.degrees(angle), run_up, ending)
             hold = hold_of(hit, known)
-            plan_passage(robot, hold.task(), passing)
-            return hit, hold
+            return hit, hold, plan_passage(robot, hold.task(), passing)
         except (PlannerError, *PLANNING_ERRORS) as error:
             refused = refused or error
             if error.quantity in (OPENING, _FRAME):
