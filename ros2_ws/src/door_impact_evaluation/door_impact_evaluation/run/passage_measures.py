@@ -136,10 +136,21 @@ def hand_force(run: PassageRecord, release: float) -> float:
 
     It is that of whichever body holds, up to the release; NaN if the leaf was not held [N].
     """
+    t, held = run.log.motion.t, _held(run, release)
+    samples = max(1, round(evaluation.WINDOW / float(np.median(np.diff(t)))))
+    mean = evaluation.centred_mean(run.log.motion.contact_force[:, None], samples)[:, 0]
+    return float(mean[held].max()) if held.any() else math.nan
+
+
+def contact_share(run: PassageRecord, release: float) -> float:
+    """Compute the share of the time of `hand_force` in which something touches the leaf."""
+    held = _held(run, release)
+    return float((run.log.motion.contact_force[held] > 0.0).mean()) if held.any() else math.nan
+
+
+def _held(run: PassageRecord, release: float) -> NDArray[np.bool_]:
+    """Return which samples are from 100 ms after the catch up to the release, (n,)."""
     t, force = run.log.motion.t, run.log.motion.contact_force
     caught = next((float(t[each.start]) for each in evaluation.find_contacts(t, force)
                    if t[each.start] >= run.peak), math.nan)
-    held = (t >= caught + _CATCHING) & (t <= release + _ROUNDING)
-    samples = max(1, round(evaluation.WINDOW / float(np.median(np.diff(t)))))
-    mean = evaluation.centred_mean(force[:, None], samples)[:, 0]
-    return float(mean[held].max()) if held.any() else math.nan
+    return np.asarray((t >= caught + _CATCHING) & (t <= release + _ROUNDING))
