@@ -60,7 +60,7 @@ help:
 	@echo "make sweep   perturbed runs (out/sweep/, or out/sweep_KIND_ENGINE/)   N=50 SEED=1 ENGINE=pybullet"
 	@echo "             KIND=hit|walk|miss|blocked|push|pass: how far doors open, where walks end, who gets through"
 	@echo "             CLUSTER=tcp://host:8786: on a Dask cluster instead of this machine"
-	@echo "make faults  faults of messages, executor, walker and driver in hits and walks   N=50 SEED=1"
+	@echo "make faults  faults of messages, nodes and driver in hits, walks and passages   N=50 SEED=1"
 
 setup: $(READY)
 

@@ -1,7 +1,7 @@
 """Draws faults and prints the verdict of each: `make faults N=200 SEED=22`.
 
-N faults of any kind happen in a hit, and N deaths of the part that moves the robot and N silences
-of the driver in a hit and in a walk.
+N faults of any kind happen in a hit, N things that people do or silent topics in a passage, and N
+deaths of the part that moves the robot and N silences of the driver in a hit, a walk and a passage.
 """
 
 import argparse
@@ -12,8 +12,12 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from faults.plan import HIT, NAMED, WALK, draw, outages
+from faults.plan import FRICTIONS, HIT, NAMED, PASSAGE, WALK, draw, in_passage, outages
 from faults.rig import Rig
+
+MOTIONS = ((HIT, FRICTIONS[0]), (WALK, FRICTIONS[0]), *(
+    (PASSAGE, friction) for friction in FRICTIONS))
+"""Motions, and the friction of the soles in each."""
 
 
 def main() -> int:
@@ -26,10 +30,13 @@ def main() -> int:
     options = parser.parse_args()
     runs, safe, stood = Counter[str](), Counter[str](), Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
-        for motion in (HIT, WALK) if options.named is None else (HIT,):
-            rig = Rig(Path(folder), motion)
-            faults = [(f"{motion}, {fault.part} {fault.kind}", fault) for fault in outages(
-                motion, rig.lasts, options.seed, options.n)]
+        for motion, friction in MOTIONS if options.named is None else MOTIONS[:1]:
+            rig = Rig(Path(folder), motion, friction)
+            drawn = outages(motion, rig.lasts, options.seed, options.n)
+            if motion == PASSAGE:
+                drawn += in_passage(rig.lasts, options.seed, options.n)
+                drawn = drawn[FRICTIONS.index(friction)::len(FRICTIONS)]
+            faults = [(f"{motion}, {fault.part} {fault.kind}", fault) for fault in drawn]
             if options.named is not None:
                 faults = [("hit, named", NAMED[options.named])]
             elif motion == HIT:
@@ -40,7 +47,7 @@ def main() -> int:
                 runs[group] += 1
                 safe[group] += not why
                 stood[group] += not verdict.fell
-                tqdm.write(f"{'UNSAFE: ' + why if why else 'safe'}: {verdict}")
+                tqdm.write(f"{'UNSAFE: ' + why if why else 'safe'}: friction {friction}: {verdict}")
     for group, number in sorted(runs.items()):
         print(f"{group}: of {number} draws {safe[group]} are safe; {stood[group]} stood")
     return int(safe != runs)

@@ -1,4 +1,4 @@
-"""A hit or a walk in the simulation that can be disturbed, without processes.
+"""A hit, a walk or a passage in the simulation that can be disturbed, without processes.
 
 World, sensors, encoder, checks of the inputs and execution are those of the nodes. What lies
 between them, messages that are underway, is here, so that every fault happens at its instant on any
@@ -17,33 +17,54 @@ from door_impact_common.arrays import Array
 from door_impact_common.driver.freshness import Freshness
 from door_impact_common.driver.inputs import Inputs
 from door_impact_common.driver.intake import Arrival
-from door_impact_common.driver.names import DOOR, IMU, JOINTS, WRENCHES
-from door_impact_evaluation.run import evaluation, simulation_log
+from door_impact_common.driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
+from door_impact_evaluation.run import evaluation, rehearsal, simulation_log
+from door_impact_evaluation.run.pass_run import hold_of
 from door_impact_evaluation.run.rehearsal import DoorEncoder, arrays_of
 from door_impact_evaluation.run.walk_run import plan_between
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import Command, ImuSample, TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.execution.execution import Execution
 from impact_planner.execution.point_b import PointB
 from impact_planner.execution.types import ExecutablePlan
+from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
+from walking.execution.passage import Passage
 from walking.execution.walk import Walk
 from walking.footsteps.footstep import Pose
+from walking.passing.passage import plan_passage
+from walking.passing.settings import PassageSettings
 
-from faults.plan import COMMANDER, COMMANDS, DRIVER, ENCODER, HIT, TOPICS, Fault, Verdict
+from faults.plan import (
+    COMMANDER,
+    COMMANDS,
+    DRIVER,
+    ENCODER,
+    HIT,
+    LEAF,
+    PASSAGE,
+    ROBOT,
+    TOPICS,
+    WALK,
+    Fault,
+    Verdict,
+)
 
 TARGET = np.radians(25.0)
 AHEAD = 1.2  # length of the walk [m]
 FAR = 2.0  # distance of the door from the walk's begin [m]
 QUEUE = 50  # messages of a topic that wait for the executor
 WATCH = 0.05  # period of the watch for silent topics [s]
+PASSING = PassageSettings()
+PAUSE = 0.3  # time at rest with the hand on the leaf, before the passage is planned [s]
 AFTERWARDS = 2.0  # time after the end of everything in which a fall would show [s]
 LONGEST = 14.0  # time after the planned contact, or walk, at which a run ends in any case [s]
 MEAN = 0.02  # time over which the hand's force is averaged [s]
@@ -63,40 +84,49 @@ class Message:
 
 @dataclass
 class Rig:
-    """A hit or a walk that runs tick by tick."""
+    """A motion that runs tick by tick."""
 
     folder: Path  # for logs
-    motion: str  # HIT or WALK
+    motion: str  # HIT, WALK or PASSAGE, which begins after its hit
+    friction: float = WorldSettings.friction  # of the soles
     fault: Fault | None = None
     waiting: list[Message] = field(default_factory=list)
     commands: list[tuple[float, Command]] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     happened: bool = False  # whether a fault of a single message has happened
+    yields: bool = False  # whether the hand yields
     moves_until: float = 0.0  # end of the driver's last trajectory [s]
 
     def __post_init__(self) -> None:
         """Plan the motion and start its execution."""
         config, door, placement = load_robot_config(), load_door("paper"), configured_placement()
         robot = RobotModel(config)
-        topics: tuple[str, ...] = (JOINTS, IMU)
+        known = KnownDoor.configured(door)
+        if self.motion == WALK:
+            placement["door_distance"] = FAR
+        self.world = World(config, door, placement["door_distance"], placement["hinge_x"],
+                           friction=self.friction)
+        self.encoder = DoorEncoder(self.world.settings.encoder_bits)
         self.execution: Execution | Walk
         self.warned = False  # whether the plan says that the robot falls if it misses the door
-        if self.motion == HIT:
-            plan = plan_impact(PlanRequest(TARGET), KnownDoor.configured(door), robot,
-                               make_settings(placement))
-            phases = {phase.name: phase.knots for phase in plan.all_phases}
-            self.execution = Execution(
-                ExecutablePlan.of(plan, phases), PointB(robot), joint_names=config.joint_names)
-            self.warned, topics = not plan.stands_if_missed, (*topics, DOOR)
-        else:
-            placement["door_distance"] = FAR
+        if self.motion == WALK:
             self.execution = Walk(
                 robot, plan_between(robot, Pose(0.0, 0.0, 0.0), Pose(AHEAD, 0.0, 0.0)))
-        self.world = World(config, door, placement["door_distance"], placement["hinge_x"])
-        self.watch = Freshness(topics, 0.5, WATCH)
+        else:
+            plan = plan_impact(
+                PlanRequest(TARGET, ending="hold" if self.motion == HIT else "pass"), known, robot,
+                make_settings(placement))
+            self.warned = not plan.stands_if_missed
+            self.execution = self.passage(robot, plan, known) if self.motion == PASSAGE else (
+                Execution(
+                    ExecutablePlan.of(plan, {each.name: each.knots for each in plan.all_phases}),
+                    PointB(robot), joint_names=config.joint_names))
+        topics = {HIT: (DOOR,), WALK: (), PASSAGE: (DOOR, HAND)}[self.motion]
+        self.watch = Freshness((JOINTS, IMU, *topics), 0.5, WATCH)
         self.inputs = Inputs(robot.joint_ranges, self.watch)
-        self.encoder = DoorEncoder(self.world.settings.encoder_bits)
-        start = self.execution.start(self.world.step().time)
+        sample = self.world.step()
+        self.encoder.take(sample)
+        start = self.execution.start(sample.time)
         self.commands.append((0.0, start))
         self.inputs.motion = self.execution
         self.reference = (  # time of the planned contact, or of the walk's planned end [s]
@@ -106,7 +136,20 @@ class Rig:
         self.watched = self.world.time
         self.handlers: dict[str, Callable[..., list[Command]]] = {
             JOINTS: self.inputs.on_joints, IMU: self.on_imu, DOOR: self.inputs.on_door,
+            HAND: self.inputs.on_hand,
             **{topic: partial(self.inputs.on_wrench, side) for side, topic in WRENCHES.items()}}
+
+    def passage(self, robot: RobotModel, hit: ImpactPlan, known: KnownDoor) -> Passage:
+        """Hit the door, catch the leaf, and plan the passage from there."""
+        samples: list[TickSample] = []
+        done = rehearsal.execute(
+            self.world, hit, PointB(robot), lambda _, sample: samples.append(sample), None,
+            encoder=self.encoder, afterwards=PAUSE)
+        hold, last = hold_of(hit, known), samples[-1]
+        plan = plan_passage(robot, hold.found(
+            last.position, hold.stance, done.door_angle, self.world.commanded,
+            np.asarray(last.imu.orientation)), PASSING)
+        return Passage(robot, plan, yields=PASSING.yields)
 
     @property
     def since(self) -> float:
@@ -161,7 +204,9 @@ class Rig:
     # -- one tick -------------------------------------------------------------------------------
 
     def tick(self) -> None:
-        """Step the world, and let executor or walker handle what has arrived."""
+        """Step the world, and let the part that moves the robot handle what has arrived."""
+        if self.fault is not None and self.fault.part in (LEAF, ROBOT) and self.once():
+            self.push(self.fault)
         sample = self.world.step()
         for message in self.messages(sample):
             self.waiting.extend(self.changed(message))
@@ -172,6 +217,15 @@ class Rig:
         if not self.disturbs(DRIVER, "late"):
             self.obey(sample.time)
 
+    def push(self, fault: Fault) -> None:
+        """Push leaf or robot as somebody does."""
+        if fault.part == LEAF:
+            self.world.push_door(fault.size, fault.length)
+            return
+        angle = np.random.default_rng(fault.seed).uniform(-np.pi, np.pi)
+        self.world.push_robot(
+            fault.size * np.array([np.cos(angle), np.sin(angle), 0.0]), fault.length)
+
     def messages(self, sample: TickSample) -> Iterator[Message]:
         """What robot and encoder publish after a tick."""
         now, imu = sample.time, sample.imu
@@ -181,6 +235,8 @@ class Rig:
         yield Message(JOINTS, now, now, now, (sample.position, sample.velocity))
         yield Message(WRENCHES["left"], now, now, now, (sample.left_wrench,))
         yield Message(WRENCHES["right"], now, now, now, (sample.right_wrench,))
+        if self.motion == PASSAGE:
+            yield Message(HAND, now, now, now, (sample.right_hand_wrench,))
         for point in self.encoder.take(sample):
             yield Message(DOOR, 1e-9 * point.stamp_ns, now, now, (point.theta, point.omega))
 
@@ -203,9 +259,18 @@ class Rig:
             silent = self.watch.tick()
             if silent is not None:
                 self.send(now, self.inputs.on_silence(*silent, self.watch.limit))
-        if isinstance(self.execution, Execution) and self.fault is not None and (
-                self.fault.kind == "asked to stop" and self.once()):
-            self.execution.stop()
+        if self.fault is not None and self.fault.kind == "asked to stop" and self.once():
+            if isinstance(self.execution, Execution):
+                self.execution.stop()
+            else:
+                self.execution.stop("it was asked to stop")
+        passage = self.execution
+        if isinstance(passage, Passage) and self.yields != (
+                passage.running and passage.yields_at(now)):
+            self.yields = not self.yields
+            self.world.comply("right", *(
+                (PASSING.hand_stiffness, PASSING.hand_damping, PASSING.hand_mass)
+                if self.yields else ()))
 
     def on_imu(self, arrival: Arrival, tilt: float, *reading: Array) -> list[Command]:
         """Handle a reading of the IMU."""
@@ -264,6 +329,7 @@ class Rig:
             fault=fault, fell=log.fell, hand=hand, peak=float(log.motion.door_angle.max()),
             outcome=self.execution.outcome.name, reason=self.execution.reason,
             touched=bool(len(touches)), warned=self.warned,
+            through=bool(log.motion.base_position[-1, 1] < -log.door_distance),
             noticed=self.inputs.intake.noticed(), refused=self.refused)
 
     def verdict(self, fault: Fault) -> Verdict:

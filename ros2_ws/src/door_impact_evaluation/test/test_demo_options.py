@@ -1,8 +1,10 @@
-"""Options of the demonstration as a node."""
+"""Options of the demonstration as a command and as a node."""
+
+import signal
 
 import pytest
 import rclpy
-from door_impact_evaluation.demo import demo_runner_node
+from door_impact_evaluation.demo import demo, demo_runner_node
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -25,3 +27,13 @@ def test_the_node_reports_a_wrong_parameter_in_one_line(tmp_path, capfd):
     assert error.startswith("demo: ending is run")
     assert error.count("\n") == 1
     assert not out.exists()
+
+
+def test_the_command_restores_what_signals_do(tmp_path, monkeypatch):
+    """It ignores them at last, so that nothing keeps it from stopping its nodes."""
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    monkeypatch.setattr(demo, "_demonstrate", lambda *_: [
+        signal.signal(number, signal.SIG_IGN) for number in numbers])
+    before = [*map(signal.getsignal, numbers)]
+    assert demo.main(["--out", str(tmp_path)]) == 0
+    assert [*map(signal.getsignal, numbers)] == before

@@ -164,6 +164,27 @@ class BodyGeometry:
             found[name] = min(float(required[index]), found.get(name, limit))
         return found
 
+    def beside(self, obstacles: Sequence[Any], which: Collection[int]) -> tuple[Any, list[Any]]:
+        """Pair some of the robot's shapes with other shapes, obstacle by obstacle.
+
+        Args:
+            obstacles: Shapes of coal, which are put into the origin of odom.
+            which: Indices of the robot's shapes.
+
+        Returns:
+            Pinocchio's geometry model of all of the robot's shapes, and behind them the obstacles;
+            and the obstacles in it, which may be placed elsewhere.
+        """
+        geometry = pin.GeometryModel()
+        for item in self._model.geometryObjects:
+            geometry.addGeometryObject(item)
+        for number, shape in enumerate(obstacles):
+            index = geometry.addGeometryObject(
+                pin.GeometryObject(f"obstacle {number}", 0, 0, pin.SE3.Identity(), shape))
+            for body in which:
+                geometry.addCollisionPair(pin.CollisionPair(body, index))
+        return geometry, list(geometry.geometryObjects)[len(self.links):]
+
     def self_clearance(self, motion: Motion, limit: float) -> Clearance:
         """Find the two bodies of the robot that come nearest to their limit during a motion.
 
@@ -271,17 +292,9 @@ class BodyGeometry:
             of the pairs as in `Pairs`; the coordinates are the joints, and the base's x, y, z and
             heading.
         """
-        geometry = pin.GeometryModel()
-        for item in self._model.geometryObjects:
-            geometry.addGeometryObject(item)
         kept = [i for i, name in enumerate(self.links) if name not in may_touch]
-        names = []
-        for number, (name, half) in enumerate(boxes):
-            index = geometry.addGeometryObject(pin.GeometryObject(
-                f"box {number}", 0, 0, pin.SE3.Identity(), coal.Box(*(2.0 * np.array(half)))))
-            for i in kept:
-                geometry.addCollisionPair(pin.CollisionPair(i, index))
-                names.append((self.links[i], name))
+        geometry, _ = self.beside([coal.Box(*(2.0 * np.array(half))) for _, half in boxes], kept)
+        names = [(self.links[i], name) for name, _ in boxes for i in kept]
         slopes = np.column_stack(
             [self._levers[kept], np.ones((len(kept), 3)), self._base_levers[kept]])
         return geometry, names, np.tile(slopes, (len(boxes), 1))

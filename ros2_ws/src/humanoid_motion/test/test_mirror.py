@@ -1,12 +1,14 @@
 """Reflections of a robot, its motions and its measurements."""
 
 import dataclasses
+import re
 import xml.etree.ElementTree as ET
+from importlib import import_module
 
 import numpy as np
 import pytest
 from door_impact_common.driver.samples import ImuSample
-from door_impact_msgs.msg import ImpactPlan, PlanPhase
+from door_impact_msgs.msg import DoorPassagePlan, HandCompliance, ImpactPlan, PlanPhase
 from geometry_msgs.msg import Point, PointStamped, Quaternion, WrenchStamped
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import load_robot_config
@@ -21,6 +23,10 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 CONFIG = load_robot_config()
 MIRROR = Mirror(CONFIG)
 ROBOT = RobotModel(CONFIG)
+SIDED = re.compile(r"(^|_)(x|y|roll|yaw|heading|torque|impulse|offset)(_|$)")
+HANDLED = {*mirror._AXIAL, *mirror._OF_JOINTS, *mirror._TORQUES, "force", "linear_acceleration"}
+ALIKE = {"foot_impulse", "foot_impulse_planar", "peak_torque", "ratcheting_torque",
+         "required_impulse", "torque_ratio", "times", "leaf_angle", "hand_force", "hand_radius"}
 FRAMES = ("l_sole", "r_sole", "l_gripper", "r_gripper", "RARM_LINK3", "LARM_LINK3", "imu_link")
 
 
@@ -125,6 +131,27 @@ def test_messages_are_those_of_the_other_side():
     for message in (joints, command, foot, imu, zmp):
         assert MIRROR.message(message) != message
         assert MIRROR.message(MIRROR.message(message)) == message
+
+
+def fields_of(kind):
+    """Names and kinds of all fields of a message, and of the messages in it but for points."""
+    for name, field in kind.get_fields_and_field_types().items():
+        package, _, part = field.removeprefix("sequence<").rstrip(">").partition("/")
+        if part and part not in ("Point", "Quaternion", "Vector3"):
+            yield from fields_of(getattr(import_module(f"{package}.msg"), part))
+        else:
+            yield name, field
+
+
+@pytest.mark.parametrize("kind", [
+    DoorPassagePlan, HandCompliance, ImpactPlan, Imu, JointState, JointTrajectory, PointStamped,
+    WrenchStamped])
+def test_the_mirror_knows_each_vector_list_and_lateral_number_of_a_message(kind):
+    """By its name; what is added to a message must be reflected, or is alike on both sides."""
+    for name, field in fields_of(kind):
+        if field in ("geometry_msgs/Vector3", "sequence<double>") or (
+                field == "double" and SIDED.search(name)):
+            assert name in HANDLED | ALIKE
 
 
 def test_feet_of_a_plan_change_sides_and_face_the_other_way():

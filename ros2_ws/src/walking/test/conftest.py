@@ -75,9 +75,9 @@ def holding(robot, door):
             base=np.tile(base[0], (count, 1)), yaw=np.zeros(count),
             leaf=LeafFrame(door.hinge, np.full(count, HELD)), holds=np.ones(count, dtype=bool),
             gap=np.full(count, robot.hand_radius), radii=(0.3, 0.82),
-            radius=np.full(count, 0.72), heights=(0.75, 1.25), others=(0.08, 0.05),
-            comfortable=np.tile(half[arm.columns], (count, 1)))
-        found = arm.solve(task, joints[arm.columns], np.zeros(len(arm.columns)))
+            radius=0.72, heights=(0.75, 1.25), others=(0.08, 0.05),
+            comfortable=half[arm.columns])
+        found = arm.solve(task, joints[arm.columns])
         joints = whole[0].copy()
         joints[arm.columns] = found[-1]
     whole, _ = solve(robot, upper=joints, com_xy=np.array([[0.01, -0.24]]), waist_z=0.55, feet=feet)

@@ -59,6 +59,9 @@ BENCHMARKS = {
     "plan_walk": Benchmark(
         lambda _: robot.plan_walk(), "ms of CPU time for a walk of 14 s, footsteps included",
         _LOOP, "target: at most 500 ms for 15 s"),
+    "plan_passage": Benchmark(
+        lambda _: robot.plan_passage(),
+        "ms of CPU time for a passage of 9 s from the planned end of the paper's hit", _LOOP),
     "engine_step": Benchmark(
         lambda _: robot.engine_step(), "us for a step of the standing robot in MuJoCo, median",
         "the same in PyBullet"),

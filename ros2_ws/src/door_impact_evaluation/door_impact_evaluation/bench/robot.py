@@ -39,18 +39,20 @@ from impact_planner.task.request import PlanRequest, Task, resolve
 from impact_planner.task.settings import PlannerSettings
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
+from walking.passing.passage import plan_passage as plan_whole_passage
 from walking.pattern.plan import plan_walk as plan_whole_walk
 from walking.pattern.state import standing
 from walking.pattern.walk_plan import WalkPlan
 
 from door_impact_evaluation.bench.door import timed
 from door_impact_evaluation.errors import BenchError
-from door_impact_evaluation.run.rehearsal import rehearse
+from door_impact_evaluation.run.pass_run import hold_of
+from door_impact_evaluation.run.rehearsal import planned, rehearse
 
 _ANGLES_DEG = (12.0, 30.0)  # range of the requested opening angles [deg]
 _TARGET_DEG = 25.0  # of the plan that the peer computes, too, and of the simulated hit [deg]
 _TARGET = PlanRequest(math.radians(_TARGET_DEG))
-_REQUESTS, _RETIMED, _WALKS = 40, 20, 15  # plans of each kind, of which the median counts
+_REQUESTS, _RETIMED, _WALKS, _PASSAGES = 40, 20, 15, 5  # plans; the median counts
 _RETIME_SPEEDS = (0.3, 0.5)  # range of the speeds of B in the run-ups that are timed [m/s]
 _GOAL = Pose(1.8, 0.0, math.radians(70.0))  # goal of the walk, some 15 s away
 _SOLES = 0.19  # distance of the soles at the start of the walk [m]
@@ -110,6 +112,20 @@ def plan_walk() -> tuple[float, float]:
 
     plan = walk()  # also loads files
     ours = median(timed(walk)[0] for _ in range(_WALKS))
+    return 1e3 * ours, 1e3 * _peer_of_walk(robot, plan)
+
+
+def plan_passage() -> tuple[float, float]:
+    """Measure the plan of a passage from the planned end of the paper door's hit [ms]."""
+    robot, known = RobotModel(load_robot_config()), KnownDoor.configured(load_door("paper"))
+    task = hold_of(planned(robot, known, _TARGET_DEG, "mcv50", "pass"), known).task()
+    plan = plan_whole_passage(robot, task)  # also loads files
+    ours = median(timed(lambda: plan_whole_passage(robot, task))[0] for _ in range(_PASSAGES))
+    return 1e3 * ours, 1e3 * _peer_of_walk(robot, plan.walk, plan.hand_force)
+
+
+def _peer_of_walk(robot: RobotModel, plan: WalkPlan, hand_force: Array | None = None) -> float:
+    """Run the peer's loop over a walk with a force on the hand at its knots, (N, 3) [N]."""
     motion, yaw = plan.motion, plan.motion.base_yaw
     assert yaw is not None
     time = np.arange(0.0, plan.duration, _PERIOD)
@@ -121,11 +137,15 @@ def plan_walk() -> tuple[float, float]:
     q = [robot.configuration(row[:3], row[4:]) for row in course]
     for whole, turn in zip(q, 0.5 * course[:, 3], strict=True):
         whole[3:7] = 0.0, 0.0, math.sin(turn), math.cos(turn)
-    zmp = np.column_stack([np.interp(time, motion.time, column) for column in plan.zmp.T])
-    return 1e3 * ours, 1e3 * _peer(robot, time, q, zmp)
+    force = np.zeros((len(motion.time), 3)) if hand_force is None else hand_force
+    zmp, load = (np.column_stack([np.interp(time, motion.time, column) for column in columns.T])
+                 for columns in (plan.zmp, force))
+    return _peer(robot, time, q, zmp, load)
 
 
-def _peer(robot: RobotModel, time: Array, wanted: list[Array], zmp: Array) -> float:
+def _peer(
+    robot: RobotModel, time: Array, wanted: list[Array], zmp: Array, load: Array | None = None
+) -> float:
     """Run the peer's loop.
 
     Args:
@@ -134,6 +154,7 @@ def _peer(robot: RobotModel, time: Array, wanted: list[Array], zmp: Array) -> fl
         wanted: Configurations of the motion at these times. The peer takes the CoM, the base's
             height and heading, the soles and the upper body from them, and finds the rest.
         zmp: The plan's ZMP at these times (N, 2) [m].
+        load: Force on the hand at these times, axes of odom, (N, 3) [N]; None: there is none.
 
     Returns:
         Processor time [s].
@@ -175,6 +196,9 @@ def _peer(robot: RobotModel, time: Array, wanted: list[Array], zmp: Array) -> fl
     for row, q in enumerate(course[1:-1]):
         wrench = pin.Force(np.array(pin.rnea(model, data, q, v[row], a[row])[:6]))
         floor = pin.XYZQUATToSE3(q[:7]).act(wrench)
+        if load is not None:
+            place = robot.frame_position(q, robot.config.hand_link)
+            floor -= pin.Force(load[row + 1], np.cross(place, load[row + 1]))
         places.append(np.array([-floor.angular[1], floor.angular[0]]) / floor.linear[2])
     taken = process_time() - begin
     off_by = float(np.sqrt(np.mean((np.array(places) - zmp[1:-1]) ** 2)))

@@ -10,8 +10,8 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -223,6 +223,19 @@ def stop_nodes(launcher: subprocess.Popen[bytes]) -> None:
     launcher.wait()
 
 
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Let a closed terminal or a supervisor's SIGTERM end the nodes as Ctrl-C does."""
+    before = {number: signal.getsignal(number) for number in _SIGNALS}
+    for number in _SIGNALS[1:]:
+        signal.signal(number, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
 def main(args: list[str] | None = None) -> int:
     """Run the demonstration.
 
@@ -233,16 +246,14 @@ def main(args: list[str] | None = None) -> int:
         0 if the door was opened, 1 if something failed, 130 after Ctrl-C.
     """
     options = _parser().parse_args(args)
-    # A closed terminal or a supervisor's SIGTERM must end the nodes as Ctrl-C does.
-    for number in _SIGNALS[1:]:
-        signal.signal(number, signal.default_int_handler)
     settings = DemoSettings(options.door, options.target_deg, options.ending, options.run_up,
                             options.hits, options.out)
     graph = {"engine": options.engine, "gui": options.gui}
     if options.params:
         graph["params"] = options.params
     try:
-        _demonstrate(settings, graph)
+        with _interruptible():
+            _demonstrate(settings, graph)
     except DoorImpactError as error:
         print(f"demo: {error}", file=sys.stderr)
         return 1

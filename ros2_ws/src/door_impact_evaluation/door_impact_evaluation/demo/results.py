@@ -207,8 +207,7 @@ def write(received: Received, out: Path) -> None:
     """
     if not received.phases:
         raise DemoError(f"the motion never began: {received.outcome.message}")
-    log, true = (simulation_log.load(out / "simulation.npz", received.phases[0][0], as_it_was=each)
-                 for each in (False, True))
+    log = simulation_log.load(out / "simulation.npz", received.phases[0][0])
     starts = {name: time for time, name in received.phases}
     if "cam" not in starts:
         raise DemoError(f"the robot did not hit the door: {received.outcome.message}")
@@ -228,6 +227,10 @@ def write(received: Received, out: Path) -> None:
     summary = summarize(received, log, hit, record, raw)
     since = summary["passage"] and summary["passage"]["hit_to_clear_s"]
     whole = {"after": since + STANDS, "slow_motion": 1.0, "follow": True} if since else {}
+    true, shown = log, record
+    if door.hinge == "left":  # pictures show the robot itself
+        true = log.reflected()
+        shown = replace(record, motion=true.motion, support=measured.reflected())
     animation.hit(true, robot, door, record.contact_time, out / "impact.gif", **whole)
     _, held_until = record.phases[received.plan.phases[-1].name]
     falls = (t >= record.peak_time) & (t <= held_until)
@@ -236,8 +239,6 @@ def write(received: Received, out: Path) -> None:
     heading = _heading(summary, received.outcome)
     notes = [*received.plan.warnings, *received.parameters.warnings]
     notes += [log.fell] if log.fell else []
-    shown = replace(record, motion=true.motion, support=evaluation.support(
-        true.motion, robot, window=evaluation.WINDOW))
     replay = replay_of(run_of_log(shown, true, received.plan, robot, door))
     report.write(rows, heading, notes, replay, out / "report.html")
     write_whole(out / "summary.json", json.dumps(summary, indent=2) + "\n")

@@ -65,15 +65,10 @@ def body_distances(
         (coal.Box(2.0 * _ROOM, _ROOM, _ROOM), (x, doorway.far_face + 0.5 * _ROOM, top)),
         (coal.Cylinder(radius, _ROOM), (x, y, top)),
         *((coal.Box(*box.size), box.center) for box in doorway.obstacles())]
-    geometry, count = pin.GeometryModel(), len(bodies.links)
-    for item in bodies.shapes.geometryObjects:
-        geometry.addGeometryObject(item)
-    for number, (shape, middle) in enumerate(obstacles):
-        place = pin.SE3(np.eye(3), np.array(middle))
-        index = geometry.addGeometryObject(
-            pin.GeometryObject(f"obstacle {number}", 0, 0, place, shape))
-        for body in range(count):
-            geometry.addCollisionPair(pin.CollisionPair(body, index))
+    count = len(bodies.links)
+    geometry, items = bodies.beside([shape for shape, _ in obstacles], range(count))
+    for item, (_, middle) in zip(items, obstacles, strict=True):
+        item.placement = pin.SE3(np.eye(3), np.array(middle))
     course = LeafCourse(np.array([x, y]), motion.door_angle[rows], leaf.width, leaf.height,
                         leaf.thickness)
     raised = np.array([0.0, 0.0, leaf.top - leaf.height])  # the course's leaf stands on the floor
@@ -83,8 +78,7 @@ def body_distances(
     found = np.empty((len(rows), len(obstacles), count))
     for sample, distances in enumerate(found):
         pose = course.pose(sample)
-        geometry.geometryObjects[count].placement = pin.SE3(
-            pose.rotation, pose.translation + raised)
+        items[0].placement = pin.SE3(pose.rotation, pose.translation + raised)
         pin.computeDistances(robot.model, data, geometry, places, q[sample])
         distances[:] = np.reshape(
             [result.min_distance for result in places.distanceResults], distances.shape)

@@ -28,7 +28,7 @@ from impact_planner.task.known_door import KnownDoor
 from walking.errors import PLANNING_ERRORS, PassageInfeasible
 from walking.execution.passage import Passage
 from walking.footsteps.footstep import ORIGIN, Pose, Stance
-from walking.passing.approach import Site, arrived
+from walking.passing.approach import AS_SURVEYED, Site, arrived
 from walking.passing.doorway import Doorway
 from walking.passing.held import HITS, Hold
 from walking.passing.passage import PassagePlan, plan_passage
@@ -90,8 +90,8 @@ def pass_door(
     config = load_door(door) if isinstance(door, str) else door
     robot, known = RobotModel(load_robot_config()), known or KnownDoor.configured(config)
     passing = passing or PassageSettings()
-    site, walked = Site(), []
-    hit, hold = _planned(robot, known, hits, run_up, passing, site)
+    site, walked = AS_SURVEYED, []
+    hit, hold, before = _planned(robot, known, hits, run_up, passing, site)
     passage, begin = None, math.nan
     world = rehearsal.world_of(
         robot, config, hit, door_offset, start=tuple(walk_up_from), **settings)
@@ -105,7 +105,7 @@ def pass_door(
         if walk_up_from != ORIGIN:
             site, up = _walked_up(world, robot, hit, walk_up_from)
             walked.append(up)
-            hit, hold = _planned(robot, known, hits, run_up, passing, site)
+            hit, hold, before = _planned(robot, known, hits, run_up, passing, site)
         execution = rehearsal.execute(
             world, hit, PointB(robot), keep, None, probe=not site.certain, encoder=encoder,
             afterwards=_PAUSE)
@@ -114,7 +114,7 @@ def pass_door(
             try:
                 plan = plan_passage(robot, hold.found(
                     last[0].position, hold.stance, execution.door_angle, world.commanded,
-                    np.asarray(last[0].imu.orientation)), passing)
+                    np.asarray(last[0].imu.orientation)), passing, before)
                 passage = Passage(robot, plan, yields=passing.yields)
                 _, begin = walk_run.execute(
                     world, robot, plan.walk, step_change=False, execution=passage,
@@ -158,16 +158,15 @@ def _walked_up(
 def _planned(
     robot: RobotModel, known: KnownDoor, hits: Sequence[tuple[float, str]], run_up: str,
     passing: PassageSettings, site: Site,
-) -> tuple[ImpactPlan, Hold]:
+) -> tuple[ImpactPlan, Hold, PassagePlan]:
     """Plan the first hit from whose end a passage can be planned; errors as of `pass_door`."""
-    place = {} if site == Site() else dict(zip(("door_distance", "l_b"), site.seen, strict=True))
+    place = {} if site == AS_SURVEYED else dict(zip(("door_distance", "l_b"), site.seen, strict=True))
     refused: DoorImpactError | None = None
     for angle, ending in hits:
         try:
             hit = rehearsal.planned(robot, known, math.degrees(angle), run_up, ending, **place)
-            hold = _hold_of(hit, known, site)
-            plan_passage(robot, hold.task(), passing)
-            return hit, hold
+            hold = hold_of(hit, known, site)
+            return hit, hold, plan_passage(robot, hold.task(), passing)
         except (PlannerError, *PLANNING_ERRORS) as error:
             refused = refused or error
             if error.quantity in (OPENING, _FRAME):
@@ -176,7 +175,7 @@ def _planned(
     raise refused
 
 
-def _hold_of(hit: ImpactPlan, known: KnownDoor, site: Site) -> Hold:
+def hold_of(hit: ImpactPlan, known: KnownDoor, site: Site = AS_SURVEYED) -> Hold:
     """Describe how a hit is planned to end.
 
     Raises:

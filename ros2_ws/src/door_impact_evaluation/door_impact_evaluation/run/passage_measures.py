@@ -14,6 +14,7 @@ import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.robot_model import RobotModel
 from numpy.typing import NDArray
+from walking.passing.checks import holding_links
 
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.body_distances import BodyDistances
@@ -123,11 +124,8 @@ def nearest(walk: WalkedThrough, robot: RobotModel) -> tuple[float, str]:
 
 def _holding(walk: WalkedThrough, robot: RobotModel) -> NDArray[np.bool_]:
     """Return which bodies may touch the leaf at the samples of the distances, (K, S)."""
-    found, model = walk.distances, robot.model
-    elbow = model.getJointId(robot.config.arm.elbow)
-    beyond = np.array([
-        elbow in list(model.supports[int(model.frames[model.getFrameId(link)].parentJoint)])
-        for link in found.links])
+    found, (forearm, hand) = walk.distances, holding_links(robot)
+    beyond = np.isin(found.links, [*forearm, *hand])
     released = found.time > walk.release
     gone = np.maximum.accumulate(released[:, None] & (found.leaf > _LEFT), axis=0)
     return np.asarray(beyond & ~gone)
@@ -138,10 +136,21 @@ def hand_force(run: PassageRecord, release: float) -> float:
 
     It is that of whichever body holds, up to the release; NaN if the leaf was not held [N].
     """
+    t, held = run.log.motion.t, _held(run, release)
+    samples = max(1, round(evaluation.WINDOW / float(np.median(np.diff(t)))))
+    mean = evaluation.centred_mean(run.log.motion.contact_force[:, None], samples)[:, 0]
+    return float(mean[held].max()) if held.any() else math.nan
+
+
+def contact_share(run: PassageRecord, release: float) -> float:
+    """Compute the share of the time of `hand_force` in which something touches the leaf."""
+    held = _held(run, release)
+    return float((run.log.motion.contact_force[held] > 0.0).mean()) if held.any() else math.nan
+
+
+def _held(run: PassageRecord, release: float) -> NDArray[np.bool_]:
+    """Return which samples are from 100 ms after the catch up to the release, (n,)."""
     t, force = run.log.motion.t, run.log.motion.contact_force
     caught = next((float(t[each.start]) for each in evaluation.find_contacts(t, force)
                    if t[each.start] >= run.peak), math.nan)
-    held = (t >= caught + _CATCHING) & (t <= release + _ROUNDING)
-    samples = max(1, round(evaluation.WINDOW / float(np.median(np.diff(t)))))
-    mean = evaluation.centred_mean(force[:, None], samples)[:, 0]
-    return float(mean[held].max()) if held.any() else math.nan
+    return np.asarray((t >= caught + _CATCHING) & (t <= release + _ROUNDING))

@@ -79,6 +79,10 @@ class Support:
     polygons: list[Array]
     polygon: NDArray[np.intp]
 
+    def reflected(self) -> "Support":
+        """Return what supports the robot's mirror image."""
+        return replace(self, zmp=places(self.zmp), polygons=[*map(places, self.polygons)])
+
 
 @dataclass(frozen=True)
 class DemoRecord:

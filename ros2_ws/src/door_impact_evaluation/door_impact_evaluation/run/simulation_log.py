@@ -5,13 +5,13 @@ door hinged at the right, for which everything is defined.
 """
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_model.door.geometry import along
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.mirror import Mirror
 
@@ -91,6 +91,10 @@ class SimulationLog:
         """Whether the robot stood upright in the end."""
         return not self.fell and bool(tilt(self.motion.base_orientation[-1:])[0] < _UPRIGHT)
 
+    def reflected(self) -> "SimulationLog":
+        """Return the log of the robot's mirror image."""
+        return replace(self, motion=self.motion.reflected(_mirror()), hinge_x=-self.hinge_x)
+
     def hit_loads(self, impact: Impact) -> HitLoads:
         """Return the loads from the first contact until `_RINGING` after its end."""
         t, contact = self.motion.t, impact.contact
@@ -106,13 +110,17 @@ class SimulationLog:
             float(self.pad_force[ticks].max()), float(carried.sum()))
 
 
-def load(path: Path, start: float, *, as_it_was: bool = False) -> SimulationLog:
+@cache
+def _mirror() -> Mirror:
+    return Mirror(load_robot_config())
+
+
+def load(path: Path, start: float) -> SimulationLog:
     """Read a log.
 
     Args:
         path: File that the simulation wrote (.npz).
         start: Time at which the motion begins; earlier samples are left out [s].
-        as_it_was: Whether a door hinged at the left stays there, to be drawn.
     """
     with np.load(path) as data:
         log: dict[str, Any] = {name: data[name] for name in data.files}
@@ -138,14 +146,11 @@ def load(path: Path, start: float, *, as_it_was: bool = False) -> SimulationLog:
     at_ticks = np.clip(np.searchsorted(log["time"], log["tick_time"] - _ROUNDING), 0,
                        len(log["time"]) - 1)
     tracking = np.abs(log["q"][at_ticks] - log["tick_reference"])[ticks]
-    side = 1.0 if as_it_was else along(str(log["hinge"]))
-    if side < 0.0:
-        motion = motion.reflected(Mirror(load_robot_config()))
     names = log["joint_names"].tolist()
     braced = [names.index(name) for name in log["braced_joints"].tolist()]
     free = [i for i in range(len(names)) if i not in braced]
     ratio = log["tick_peak_torque"][ticks] / log["effort_limit"]
-    return SimulationLog(
+    found = SimulationLog(
         motion=motion,
         fell=str(log["fall_reason"]),
         frame_force=log["frame_force"][rows],
@@ -159,7 +164,8 @@ def load(path: Path, start: float, *, as_it_was: bool = False) -> SimulationLog:
         pad_force=log["tick_pad_force"][ticks].astype(float),
         pad_impulse=log["tick_pad_impulse"][ticks].astype(float),
         door_distance=float(log["door_distance"]),
-        hinge_x=side * float(log["hinge_x"]),
+        hinge_x=float(log["hinge_x"]),
         i_a=float(log["i_a"]),
         engine=json.loads(str(log["settings"]))["engine"],
     )
+    return found.reflected() if str(log["hinge"]) == "left" else found

@@ -17,6 +17,7 @@ from door_impact_evaluation.sweep.walk import walker
 
 DOORS = {"paper": "mcv50", "size2": "zmp_limited", "size3": "zmp_limited", "size4": "zmp_limited"}
 """Doors, which take turns, and the run-up of the hit on each."""
+_LEAVES = 0.1  # time after the release in which the hand leaves the leaf [s]
 WIDTHS = (0.8, 1.0)  # range of the leaf's width [m]
 
 
@@ -61,16 +62,20 @@ def run(case: Row) -> Iterator[Row]:
 def measured(found: Passed) -> Row:
     """Return the figures of a passage as in `passage_measures.summary`, and others."""
     record, plan = found.record, found.plan
+    walk, log = record.walk, record.log
     figures = passage_measures.summary(record, walker())
     return {
-        "stood": record.log.stood, "fell": record.log.fell, "why": found.why,
+        "stood": log.stood, "fell": log.fell, "why": found.why,
         "margin_mm": figures.pop("min_margin_mm"), **figures,
         "target_deg": float(np.degrees(found.hit.desired_opening_angle)),
-        "nearest": None if record.walk is None else passage_measures.nearest(
-            record.walk, walker())[1],
-        "frame_force_n": float(record.log.frame_force.max()),
+        "nearest": None if walk is None else passage_measures.nearest(walk, walker())[1],
+        "contact_share": None if walk is None else passage_measures.contact_share(
+            record, walk.release),
+        "after_release_n": None if walk is None else float(log.motion.contact_force[
+            log.motion.t > walk.release + _LEAVES].max(initial=0.0)),
+        "frame_force_n": float(log.frame_force.max()),
         "tilt_deg": float(np.degrees(
-            evaluation.tilt(record.log.motion.base_orientation).max())),
+            evaluation.tilt(log.motion.base_orientation).max())),
         "planning_s": None if plan is None else plan.planning_time}
 
 
@@ -79,7 +84,8 @@ PASS = Kind(
     draw, run, label=lambda row: str(row["group"]),
     summary=lambda rows: {"passed": count(rows, "passed")}, counts=("passed",),
     measures={"hit_to_clear_s": largest, "min_clearance_mm": smallest, "hand_force_n": largest,
-              "leaf_angle_error_deg": largest, "margin_mm": smallest, "tilt_deg": largest},
+              "leaf_angle_error_deg": largest, "margin_mm": smallest, "tilt_deg": largest,
+              "contact_share": smallest, "after_release_n": largest, "planning_s": largest},
     worst="leaf_angle_error_deg",
     panels=(Panel("width", "hit_to_clear_s"), Panel("width", "min_clearance_mm", (0.0,)),
             Panel("width", "hand_force_n"), Panel("door_offset", "leaf_angle_error_deg"),

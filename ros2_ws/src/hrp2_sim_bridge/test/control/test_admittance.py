@@ -73,7 +73,7 @@ def test_a_force_without_numbers_stops_the_displacement(bad) -> None:
 
 
 def test_every_change_is_smooth() -> None:
-    """Under 30 N, switched on, off on the way, hardened, off and on again: the speed is steady."""
+    """Under 30 N a hand is made soft, harder and stiff on its way: its speed never jumps."""
     hand, speed = Admittance(), [np.zeros(3)]
     soft, hard = HandImpedance(), HandImpedance(1000.0, 1000.0, 20.0)
     changes = {10: soft, 60: None, 62: soft, 200: hard, 300: None, 310: soft, 400: None,

@@ -9,7 +9,7 @@ from humanoid_motion.leaf import LeafFrame
 from walking.errors import PassageInfeasible, WalkInfeasible
 from walking.execution.sections import rest_after
 from walking.passing.passage import plan_passage
-from walking.passing.settings import PassageSettings
+from walking.passing.settings import PassageSettings, Way
 from walking.passing.yielding import yielded
 
 SETTINGS = PassageSettings()
@@ -110,6 +110,12 @@ def test_a_robot_that_holds_the_leaf_may_use_more_friction_than_one_that_has_not
         plan_passage(robot, task, slippery)
     found = plan_passage(robot, replace(task, measured=task.joints), slippery)
     assert 0.2 < found.walk.checks.friction.max() <= 0.45
+
+
+def test_the_way_of_a_former_passage_is_tried_first(robot, task, passage):
+    wider, gait = SETTINGS.wider[2], SETTINGS.gaits[1]
+    other = Way(max(set(SETTINGS.leaf_angles) - {passage.way.leaf_angle}), wider, gait)
+    assert plan_passage(robot, task, before=replace(passage, way=other)).way == other
 
 
 def test_swinging_soles_are_above_a_threshold_or_beside_it(robot, task, doorway):

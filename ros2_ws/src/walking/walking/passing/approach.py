@@ -46,6 +46,10 @@ class Site:
     certain: bool = True
 
 
+AS_SURVEYED = Site()
+"""The place of a robot that stands where the door was surveyed from."""
+
+
 def hit_start(door: Pose, survey: Pose) -> Pose:
     """Return where the middle between the soles is when a hit begins, in odom.
 

@@ -50,10 +50,10 @@ class ArmTask:
         holds: Whether the hand shall lie on the face, (N,) of bool.
         gap: Distance of the hand's middle from the face while it holds, (N,) [m].
         radii: Smallest and largest distance of the hand from the hinge while it holds [m].
-        radius: Distance of the hand from the hinge that is aimed at while it holds, (N,) [m].
+        radius: Distance of the hand from the hinge that is aimed at while it holds [m].
         heights: Lowest and highest place of the hand above the floor while it holds [m].
         others: Smallest distances of elbow and wrist from the face while it holds [m].
-        comfortable: Posture of the arm that is aimed at, (N, A) [rad].
+        comfortable: Posture of the arm that is aimed at, (A,) [rad].
     """
 
     time: Array
@@ -64,7 +64,7 @@ class ArmTask:
     holds: NDArray[np.bool_]
     gap: Array
     radii: tuple[float, float]
-    radius: Array
+    radius: float
     heights: tuple[float, float]
     others: tuple[float, float]
     comfortable: Array
@@ -113,20 +113,18 @@ class ArmCourse:
             rows[:, self.columns] = spline(time, order)
         return Knots(time, *found)
 
-    def solve(self, task: ArmTask, start: Array, speed: Array) -> Array:
-        """Find the arm's course, whose first two nodes are given.
+    def solve(self, task: ArmTask, start: Array) -> Array:
+        """Find the arm's course, which begins at rest.
 
         Args:
             task: The task.
-            start: The arm at the first node, (A,) [rad].
-            speed: Its speed there, (A,) [rad/s].
+            start: The arm at the first two nodes, (A,) [rad].
 
         Returns:
             Joints of the arm at the nodes, (N, A) [rad].
         """
         step = float(task.time[1] - task.time[0])
-        begin = np.array([start, start + step * speed])
-        arm = np.vstack([begin, np.tile(begin[-1], (len(task.time) - 2, 1))])
+        arm = np.tile(start, (len(task.time), 1))
         for looser in _LOOSER:
             arm = self._improved(task, arm, step, looser)
         return arm
@@ -197,7 +195,7 @@ class ArmCourse:
         for joint in range(len(self.columns)):
             rows = np.tile(unit[joint], (len(arm), 1))
             value = arm[:, joint]
-            add(value - task.comfortable[:, joint], rows, _POSTURE)
+            add(value - task.comfortable[joint], rows, _POSTURE)
             out = value - value.clip(self._lower[joint], self._upper[joint])
             add(out, rows, _RANGE, out != 0.0)
         return (np.stack([value for value, _ in found], axis=1),

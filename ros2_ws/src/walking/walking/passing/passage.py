@@ -29,7 +29,7 @@ from walking.passing.felt import felt, hand_place
 from walking.passing.leaf_push import LeafPush
 from walking.passing.passage_task import PassageTask
 from walking.passing.route import Route, plan_route, step_limits
-from walking.passing.settings import Gait, PassageSettings
+from walking.passing.settings import PassageSettings, Way
 from walking.passing.tempo import UNLIMITED, nearly_holds, timed
 from walking.passing.yielding import yielded
 from walking.pattern.checks import FRICTION, require_friction
@@ -73,6 +73,7 @@ class PassagePlan:
         frame_clearance: Body that comes nearest to frame and wall, without these two.
         self_clearance: The two bodies of the robot that come nearest to their limit.
         planning_time: Processor time of the planning [s].
+        way: What of the settings the search chose.
     """
 
     walk: WalkPlan
@@ -86,10 +87,12 @@ class PassagePlan:
     frame_clearance: Clearance
     self_clearance: Clearance
     planning_time: float
+    way: Way
 
 
 def plan_passage(
-    robot: RobotModel, task: PassageTask, settings: PassageSettings | None = None
+    robot: RobotModel, task: PassageTask, settings: PassageSettings | None = None,
+    before: PassagePlan | None = None,
 ) -> PassagePlan:
     """Plan the passage with the first leaf angle, route and gait that keep every limit.
 
@@ -97,6 +100,7 @@ def plan_passage(
         robot: The robot.
         task: The door to pass.
         settings: Settings; None means the defaults.
+        before: A passage of the same door, whose way is tried first.
 
     Raises:
         PassageInfeasible: Opening, reach or force forbid the passage.
@@ -104,18 +108,19 @@ def plan_passage(
         HumanoidMotionError: A leg does not reach, a joint exceeds a limit, or bodies come too near
             to each other.
     """
-    begin, task, settings = clock.process_time(), felt(robot, task), settings or PassageSettings()
+    begin, task, wanted = clock.process_time(), felt(robot, task), settings or PassageSettings()
     _require_on_leaf(robot, task)
+    if before is not None:
+        wanted = wanted.beginning_with(before.way)
     shoulder = _shoulder(robot)
 
     @cache
     def route(angle: float, wider: Rectangle) -> Route:
         return plan_route(
             robot.config, task.doorway, task.stance, task.angle, angle, shoulder,
-            settings.widened(wider))
+            wanted.widened(wider))
 
-    # A robot that holds the leaf accepts less than another one at last.
-    tried = [settings, *([] if task.measured is None else settings.at_the_leaf())]
+    tried = [wanted] if task.measured is None else wanted.at_the_leaf()
     plan = _first(lambda each: _over_a_route(robot, task, each, route), tried)
     return replace(plan, planning_time=clock.process_time() - begin)
 
@@ -134,7 +139,7 @@ def _over_a_route(
                 continue  # more room has not changed the footsteps
             failed.append(steps)
             try:
-                return _with_a_gait(robot, task, settings, steps)
+                return _with_a_gait(robot, task, settings, steps, (angle, wider))
             except PLANNING_ERRORS as error:
                 first = first or error
                 if error.quantity != CLEARANCE:
@@ -142,15 +147,25 @@ def _over_a_route(
         assert first is not None, "no width is tried"
         raise first
 
-    return _first(at_angle, [angle for angle in settings.leaf_angles if angle > task.angle])
+    held = task.measured is not None
+    return _first(
+        at_angle, [angle for angle in settings.leaf_angles if angle > task.angle],
+        # It is the first steps that slip, and a robot that holds the leaf has no time to waste.
+        unless=lambda error: held and error.quantity == FRICTION)
 
 
 def _with_a_gait(
-    robot: RobotModel, task: PassageTask, settings: PassageSettings, route: Route
+    robot: RobotModel, task: PassageTask, settings: PassageSettings, route: Route,
+    chosen: tuple[float, Rectangle],
 ) -> PassagePlan:
-    """Plan a passage over a route with the first gait in which the legs can make the steps."""
+    """Plan a passage over a route with the first gait in which the legs can make the steps.
+
+    Args:
+        chosen: The leaf's angle [rad] and the wider body that the route was found with.
+    """
     return _first(
-        lambda gait: _Attempt(robot, task, settings, route, gait).plan(), settings.gaits,
+        lambda gait: _Attempt(robot, task, settings, route, Way(*chosen, gait)).plan(),
+        settings.gaits,
         # No gait leads past an obstacle, or spares the soles the moment of the leaf.
         unless=lambda error: error.quantity in (CLEARANCE, FRICTION))
 
@@ -208,12 +223,13 @@ class _Attempt:
 
     def __init__(
         self, robot: RobotModel, task: PassageTask, settings: PassageSettings, route: Route,
-        gait: Gait,
+        way: Way,
     ) -> None:
         self._robot, self._task, self._settings = robot, task, settings
-        self._route = route
+        self._route, self._way = route, way
         held = float(task.door.restoring_torque(task.angle)) / settings.hand_radius
-        self._walk = replace(settings.walk(gait, max(held, 0.0)), limits=step_limits(robot.config))
+        self._walk = replace(
+            settings.walk(way.gait, max(held, 0.0)), limits=step_limits(robot.config))
         if task.doorway.threshold is not None:
             self._walk = replace(self._walk, lift=settings.lift_over)
         steps = list(route.footsteps)
@@ -291,17 +307,16 @@ class _Attempt:
             time=time, joints=motion.joints[rows], base=motion.base[rows],
             yaw=np.zeros(len(rows)) if yaw is None else yaw.angle[rows], leaf=leaf, holds=holds,
             gap=hand - within,
-            radii=radii, radius=np.full(len(rows), min(settings.hand_radius, radii[1])),
-            heights=settings.hand_heights,
+            radii=radii, radius=min(settings.hand_radius, radii[1]), heights=settings.hand_heights,
             others=(robot.config.contact_radius + settings.clearance + _MORE,
                     robot.config.contact_radius),
-            comfortable=np.tile(robot.config.half_sitting[self._arm.columns], (len(rows), 1)))
+            comfortable=robot.config.half_sitting[self._arm.columns])
         start = task.joints[self._arm.columns]
         begins = float(self._arm.gap(arm_task, np.tile(start, (len(rows), 1)))[0])
         # A hand that yields resists a sudden change of its commanded place with its damping.
         rest = 1.0 - min_jerk_course(time, _PRESSING)[0]
         arm_task = replace(arm_task, gap=arm_task.gap + rest * (begins - arm_task.gap))
-        arm = self._arm.solve(arm_task, start, np.zeros_like(start))
+        arm = self._arm.solve(arm_task, start)
         off = np.abs(self._arm.gap(arm_task, arm) - arm_task.gap)[holds & (time > _PRESSING)]
         worst = int(np.argmax(off))
         if off[worst] > _OFF:
@@ -337,7 +352,8 @@ class _Attempt:
             walk=walk, pattern=replace(self._walk, required_margin=settings.stop_margin),
             route=self._route, push=push, hand_force=force, hand_radius=radius,
             clear=walk.touchdown_of(self._route.clear - 1), leaf_clearance=found.leaf,
-            frame_clearance=found.frame, self_clearance=found.robot, planning_time=math.nan)
+            frame_clearance=found.frame, self_clearance=found.robot, planning_time=math.nan,
+            way=self._way)
 
 
 def _closing(robot: RobotModel, stance: Stance, steps: list[Footstep]) -> Footstep:

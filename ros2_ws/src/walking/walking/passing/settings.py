@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from walking.footsteps.rectangles import Rectangle
 from walking.pattern.settings import WalkSettings
+
+_Choice = TypeVar("_Choice")
 
 
 class Gait(NamedTuple):
@@ -24,6 +26,20 @@ class Gait(NamedTuple):
     zmp_inward: float
     first_inward: float
     required_margin: float
+
+
+class Way(NamedTuple):
+    """What a search for a passage chooses among the settings.
+
+    Attributes:
+        leaf_angle: One of `PassageSettings.leaf_angles` [rad].
+        wider: One of `PassageSettings.wider` [m].
+        gait: One of `PassageSettings.gaits`.
+    """
+
+    leaf_angle: float
+    wider: Rectangle
+    gait: Gait
 
 
 @dataclass(frozen=True)
@@ -71,9 +87,9 @@ class PassageSettings:
             [m].
         forearm: Distance that the forearm keeps from leaf and frame, and the hand from the frame
             [m].
-        held: Friction and clearances [m] that are tried where the robot holds the leaf already and
-            there is no other passage: then it could only stand there.
-        held_gaits: Gaits that are tried as well in the same case.
+        held: Friction and clearances [m] where the robot holds the leaf already: it tries the first
+            clearance at once, and all of them where there is no passage, as it could only stand.
+        held_gaits: Gaits that are tried as well with these.
     """
 
     leaf_angles: tuple[float, ...] = tuple(map(math.radians, (75.0, 80.0, 70.0)))
@@ -124,9 +140,19 @@ class PassageSettings:
             back - more[0], ahead + more[1], right - more[2], left + more[3]))
 
     def at_the_leaf(self) -> list[PassageSettings]:
-        """Return the settings with which a robot that holds the leaf looks for a way at last."""
-        return [replace(self, friction=friction, clearance=clearance,
-                        gaits=self.gaits + self.held_gaits) for friction, clearance in self.held]
+        """Return the settings with which a robot that holds the leaf looks for a way in turn."""
+        nearer = replace(self, clearance=self.held[0][1])
+        return [nearer, *(replace(self, friction=friction, clearance=clearance,
+                                  gaits=self.gaits + self.held_gaits)
+                          for friction, clearance in self.held)]
+
+    def beginning_with(self, way: Way) -> PassageSettings:
+        """Return these settings in an order in which a way is tried first."""
+        def ordered(among: tuple[_Choice, ...], first: _Choice) -> tuple[_Choice, ...]:
+            return tuple(sorted(among, key=lambda each: each != first))
+
+        return replace(self, leaf_angles=ordered(self.leaf_angles, way.leaf_angle),
+                       wider=ordered(self.wider, way.wider), gaits=ordered(self.gaits, way.gait))
 
     def walk(self, gait: Gait, force: float) -> WalkSettings:
         """Return the settings of the walk with a gait, and a force of the held leaf [N]."""

@@ -92,7 +92,7 @@ def demands(robot: RobotModel, walk: WalkPlan, settings: WalkSettings) -> Array:
 
 
 def nearly_holds(walk: WalkPlan, friction: float, durations: tuple[float, float]) -> bool:
-    """Whether the soles slip in a walk, but hardly, and only in steps that might last longer.
+    """Return whether a walk needs slightly more friction than it may, in steps not yet longest.
 
     Args:
         walk: The walk.

@@ -325,7 +325,7 @@ class DoorPasser(GuardedNode):
         await until(self, lambda: self._driver.now() >= rested, 10.0 * REST)
         try:
             plan = await self._planner.passage(
-                self._found(hold), goal.leaf_angle, plan.push.last, stopped)
+                self._found(hold), goal.leaf_angle, plan, stopped)
         except PassageInfeasible as error:
             raise PassageInfeasible(
                 f"{error}; the robot stands and holds the leaf", quantity=error.quantity,

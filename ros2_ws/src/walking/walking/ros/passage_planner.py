@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -103,14 +102,14 @@ class PassagePlanner:
         raise refused
 
     async def passage(
-        self, task: PassageTask, angle: float, first: float = math.nan,
+        self, task: PassageTask, angle: float, before: PassagePlan | None = None,
         stopped: Callable[[], bool] = never,
     ) -> PassagePlan:
         """Plan a passage.
 
         Args:
             angle: Wanted angle of the leaf [rad]; negative: the planner chooses.
-            first: Angle that the planner tries first then [rad].
+            before: A passage of the same door, whose way is tried first.
             stopped: Whether the plan is not wanted any more.
 
         Raises:
@@ -118,9 +117,8 @@ class PassagePlanner:
             Stopped: The plan is not wanted any more.
         """
         angles = self._settings.leaf_angles if angle < 0.0 else (angle,)
-        angles = tuple(sorted(angles, key=lambda each: each != first))  # others in their order
         return await self._background.run(
-            _passage, task, replace(self._settings, leaf_angles=angles), stopped=stopped)
+            _passage, task, replace(self._settings, leaf_angles=angles), before, stopped=stopped)
 
     def hold(self, hit: ImpactPlan) -> Hold:
         """Return how a hit is planned to end; errors are those of `hold_of`."""
@@ -145,14 +143,16 @@ class PassagePlanner:
         self.last_hit = self._seen.message(message)
 
 
-def _passage(robot: RobotModel, task: PassageTask, settings: PassageSettings) -> PassagePlan:
+def _passage(
+    robot: RobotModel, task: PassageTask, settings: PassageSettings, before: PassagePlan | None
+) -> PassagePlan:
     """Plan a passage.
 
     Raises:
         PassageInfeasible: There is none.
     """
     try:
-        return plan_passage(robot, task, settings)
+        return plan_passage(robot, task, settings, before)
     except PLANNING_ERRORS as error:
         raise PassageInfeasible(f"no passage can be planned: {error}", quantity=error.quantity,
                                 value=error.value, limit=error.limit) from error
