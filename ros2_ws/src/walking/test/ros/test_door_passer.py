@@ -201,7 +201,8 @@ class Rig:
 def rig(request, robot, task, tmp_path) -> Iterator[Rig]:
     hinge, door = getattr(request, "param", "right"), tmp_path / "door.yaml"
     door.write_text(replace(load_door("paper"), hinge=hinge).to_yaml())
-    words = [word for value in ("use_sim_time:=true", f"door:={door}", "hand_stiffness:=400.0")
+    words = [word for value in ("use_sim_time:=true", f"door:={door}", "hand_stiffness:=400.0",
+                                     "door_distance:=0.715", "hinge_x:=-0.4056")
              for word in ("-p", value)]
     rclpy.init(args=["--ros-args", *words], domain_id=100 + os.getpid() % 50)
     made = Rig(robot, task, hinge)

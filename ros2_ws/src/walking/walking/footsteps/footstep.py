@@ -40,6 +40,10 @@ class Pose(NamedTuple):
         return Pose(cos * x + sin * y, cos * y - sin * x, wrapped(self.yaw - other.yaw))
 
 
+ORIGIN = Pose(0.0, 0.0, 0.0)
+"""The origin of odom, where a hit begins."""
+
+
 def wrapped(angle: float) -> float:
     """Return an angle within half a turn, from -pi to pi [rad]."""
     return math.remainder(angle, 2.0 * math.pi)

@@ -15,8 +15,8 @@ from door_impact_common.driver.names import TRAJECTORY
 from door_impact_common.errors import DoorImpactError, SettingError
 from door_impact_common.node import GuardedNode, run_node, until
 from door_impact_common.parameters import Parameters
-from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
-from door_impact_msgs.msg import HandCompliance, ImpactPlan
+from door_impact_msgs.action import WalkThroughDoor
+from door_impact_msgs.msg import HandCompliance
 from door_impact_msgs.srv import PlanDoorPassage
 from door_model.door.config import hinge_of
 from humanoid_motion.driver_interface import Command
@@ -27,14 +27,17 @@ from trajectory_msgs.msg import JointTrajectory
 
 from walking.errors import HitNotPlanned, NotReady, PassageInfeasible, Stopped
 from walking.execution.passage import STANDS, Passage
+from walking.execution.reaching import Reaching
 from walking.execution.start import require_near
-from walking.footsteps.footstep import as_array
+from walking.footsteps.footstep import ORIGIN, as_array
 from walking.passing.doorway import Doorway
 from walking.passing.held import Hold
+from walking.passing.opening import Opening
 from walking.passing.passage import PassagePlan
 from walking.passing.passage_task import PassageTask
 from walking.passing.settings import PassageSettings
 from walking.ros.hit_client import EXECUTE, HitClient
+from walking.ros.openings import Openings
 from walking.ros.passage_planner import PassagePlanner
 from walking.ros.passer_messages import (
     CAUGHT,
@@ -57,6 +60,10 @@ PARAMETERS = {
              "is identified"),
     "hand_stiffness": (0.0, "stiffness with which the hand yields to the leaf, by a driver that "
                        "takes /hand_compliance [N/m]; 0: the hand is stiff"),
+    # The place of the door has no default: params.yaml of the bringup sets it for every node.
+    "door_distance": (math.nan, "surveyed distance of the closed leaf's face from the origin of "
+                      "odom [m]"),
+    "hinge_x": (math.nan, "surveyed x of a hinge at the right in odom [m]"),
 }
 
 
@@ -78,14 +85,17 @@ class DoorPasser(GuardedNode):
         self._hits = HitClient(self)
         self._planner = PassagePlanner(
             self, self._robot, door, self._settings, self._hits, self._body.sight)
+        hinge = np.array([given.number("hinge_x"), -given.number("door_distance")])
+        self._openings = Openings(
+            self._robot, self._planner, self._hits, hinge, self._moved, self._on_hit)
         self._others = [ActiveGoals(self, action) for action in (EXECUTE, WALK)]
         self._commanded: Array | None = None  # where the last trajectory ends, (J,) [rad]
         self._busy = False
         self._goal: Any = None  # goal handle under way
         self._phase = ""
         self._doorway: Doorway | None = None  # of the goal
-        self._passage: Passage | None = None  # of the goal
-        self._finished = Future()  # done when the passage has ended
+        self._passage: Passage | Reaching | None = None  # of the goal
+        self._finished = Future()  # done when it has ended
         self._yields = False  # whether the right hand was told to yield
         self._last_feedback = -math.inf  # on the robot's clock [s]
         self._compliance = self.create_publisher(HandCompliance, "/hand_compliance", 10)
@@ -176,7 +186,7 @@ class DoorPasser(GuardedNode):
     async def _on_request(
         self, request: PlanDoorPassage.Request, response: PlanDoorPassage.Response
     ) -> PlanDoorPassage.Response:
-        """Plan a passage from the leaf that the robot holds, otherwise from the end of a hit."""
+        """Plan a passage from the leaf that the robot holds, otherwise a way through the door."""
         try:
             if self._busy:
                 raise NotReady("another passage is planned or under way")
@@ -184,7 +194,7 @@ class DoorPasser(GuardedNode):
             self._driver.start()
             try:
                 require_angles(request)
-                hit, plan = await self._held_or_hit(request)
+                door, opening, plan = await self._held_or_way(request)
             finally:
                 self._driver.stop()
                 self._busy = False
@@ -198,28 +208,28 @@ class DoorPasser(GuardedNode):
             response.message = f"the planner failed: {type(error).__name__}: {error}"
             self.get_logger().error(traceback.format_exc())
             return response
-        response.success, response.plan = True, self._planner.message(plan, hit)
+        response.success, response.plan = True, self._planner.message(plan, door, opening)
         response.message = (f"the robot is clear after {plan.clear:.1f} s and "
                             f"{len(plan.walk.footsteps)} footsteps; the planning took "
                             f"{plan.planning_time:.1f} s")
         return response
 
-    async def _held_or_hit(self, request: Any) -> tuple[ImpactPlan, PassagePlan]:
-        """Plan the passage of a request; errors are those of the planner."""
+    async def _held_or_way(self, request: Any) -> tuple[str, Opening | None, PassagePlan]:
+        """Return the door's name, how it is opened (None: it is held), and the planned passage."""
         last = self._planner.last_hit
-        if last is not None and request.hit_angle < 0.0:
+        if last is not None and request.hit_angle < 0.0 and not request.opening:
             await until(self, lambda: self._body.heard, PATIENCE)
             try:
                 task = self._found(self._planner.hold(last))
             except (NotReady, HitNotPlanned):
                 pass  # nobody holds the leaf
             else:
-                return last, await self._planner.passage(task, request.leaf_angle)
-        hit, _, plan = await self._planner.hit_and_passage(request)
-        return hit, plan
+                return last.door, None, await self._planner.passage(task, request.leaf_angle)
+        way = await self._openings.plan(request, ORIGIN)
+        return way.door, way.opening, way.passage
 
     def _found(self, hold: Hold) -> PassageTask:
-        """Return the passage from where a hit has left the robot, as it is measured.
+        """Return the passage from where the robot has its hand on the leaf, as it is measured.
 
         Raises:
             NotReady: Messages are missing or old, the robot moves, or it does not hold the leaf.
@@ -285,38 +295,31 @@ class DoorPasser(GuardedNode):
         await until(self, lambda: self._body.heard or stopped(), PATIENCE)
         self._body.standing()  # refuses missing messages before anything is planned
         self._tell("plan")
-        hit, hold, plan = await self._planner.hit_and_passage(goal, stopped)
-        result.plan = self._planner.message(plan, hit)
-        began = self._driver.now()
-        # The hit has the goal's identifier, by which the executor knows that it belongs to it.
-        done = await self._hits.execute(
-            ExecuteDoorImpact.Goal(plan_id=hit.plan_id, speed_scale=goal.speed_scale,
-                                   probe=goal.probe, dry_run=goal.dry_run),
-            self._goal.goal_id, self._on_hit, stopped)
-        if done.contact_sensor:
-            for name in ("contact_time", "peak_angle", "held_angle"):
-                setattr(result, name, getattr(done, name))
-        if stopped() or not done.success:
-            result.error_code = done.error_code or Result.STOPPED
-            result.message = f"no passage follows the hit: {done.message}"
+        soles = self._body.soles()
+        assert soles is not None
+        way = await self._openings.plan(goal, soles.middle, stopped)
+        self.get_logger().info(self._body.sight.text(way.opening.reason))
+        plan, self._doorway, began = way.passage, way.hold.doorway, self._driver.now()
+        result.plan = self._planner.message(plan, way.door, way.opening)
+        if not await self._openings.make(way, goal, self._goal.goal_id, result, stopped):
             return
         if goal.dry_run:
-            result.message = (f"this was a dry run: hit and passage could be made, in "
-                              f"{plan.clear:.1f} s and {len(plan.walk.footsteps)} footsteps")
+            result.message = (f"this was a dry run: {way.opening.way} and passage could be made, "
+                              f"in {plan.clear:.1f} s and {len(plan.walk.footsteps)} footsteps")
             return
         self._tell("plan")
         rested = self._driver.now() + REST
         await until(self, lambda: self._driver.now() >= rested, 10.0 * REST)
         try:
             plan = await self._planner.passage(
-                self._found(hold), goal.leaf_angle, plan.push.last, stopped)
+                self._found(way.hold), goal.leaf_angle, plan.push.last, stopped)
         except PassageInfeasible as error:
             raise PassageInfeasible(
                 f"{error}; the robot stands and holds the leaf", quantity=error.quantity,
                 value=error.value, limit=error.limit) from error
-        result.plan = self._planner.message(plan, hit)
-        self._doorway = hold.doorway
-        passage = await self._passed(plan, stopped)
+        result.plan = self._planner.message(plan, way.door, way.opening)
+        passage = Passage(self._robot, plan, yields=self._settings.yields)
+        await self._moved(passage, stopped)
         self._ended(result, passage, began)
 
     def _require_free(self) -> None:
@@ -330,8 +333,8 @@ class DoorPasser(GuardedNode):
                 raise NotReady(f"a goal of {other.action} is being executed: a passage begins when "
                                "it has ended", quantity="action", value=other.action)
 
-    async def _passed(self, plan: PassagePlan, stopped: Callable[[], bool]) -> Passage:
-        """Walk through the door, and return the passage when it has ended.
+    async def _moved(self, motion: Passage | Reaching, stopped: Callable[[], bool]) -> None:
+        """Make a motion, and return when it has ended.
 
         Raises:
             DoorImpactError: It cannot begin.
@@ -339,22 +342,20 @@ class DoorPasser(GuardedNode):
         # The messages that came in during the planning are handled first.
         await until(self, lambda: self._inputs.lag == 0.0 and not self._others[0].running, PATIENCE)
         self._require_free()
-        require_near(self._robot, plan.walk.knots.position[0], self._body.standing().position)
-        passage = Passage(self._robot, plan, yields=self._settings.yields)
+        require_near(self._robot, motion.plan.knots.position[0], self._body.standing().position)
         if stopped():
             raise Stopped(f"the passage was stopped before its first step; {STANDS}")
         self._finished, self._last_feedback = Future(), -math.inf
         self._inputs.intake.begin()
-        self._inputs.motion = self._passage = passage
-        self._body.show(plan.walk.footsteps)
-        self._body.send(passage.start(self._driver.now() + self._inputs.lag))
-        passage.prepare_next()
+        self._inputs.motion = self._passage = motion
+        self._body.show(motion.plan.footsteps)
+        self._body.send(motion.start(self._driver.now() + self._inputs.lag))
+        motion.prepare_next()
         await self._finished
         self._body.show(())  # the walker shows its footsteps there, too
         for what, value in self._inputs.intake.noticed().items():
             self.get_logger().warning(
                 f"noticed in the passage: {self._body.sight.text(what)}: {value}")
-        return passage
 
     def _ended(self, result: Any, passage: Passage, began: float) -> None:
         """Fill in the result of a passage that has ended.
@@ -370,9 +371,11 @@ class DoorPasser(GuardedNode):
         result.release_angle = passage.release_angle
         result.largest_hand_force = watch.largest_force
         result.largest_leaf_error = watch.largest_error
+        since = (f"{result.time_to_clear:.1f} s after its first motion" if
+                 math.isnan(result.contact_time) else f"{result.hit_to_clear:.1f} s after the hit")
         result.message = passage.reason or (
-            f"the robot has passed the door in {result.steps} steps, clear of it "
-            f"{result.hit_to_clear:.1f} s after the hit by the odometry")
+            f"the robot has passed the door in {result.steps} steps, clear of it {since} by the "
+            "odometry")
 
 
 def _create_service(node: Any, kind: Any, name: str, answer: Callable[..., Any]) -> None:
