@@ -7,6 +7,7 @@ be passed is refused, and anew from what the robot knows when its hand holds the
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -90,14 +91,15 @@ def pass_door(
     robot, known = RobotModel(load_robot_config()), known or KnownDoor.configured(config)
     passing, hit, passage, begin = passing or PassageSettings(), None, None, math.nan
     choice = _chosen(robot, known, opening, passing)
-    reach, hold = choice.reach, choice.hold
-    if reach is None or hold is None:
+    if choice.push is None:
         hit, hold = _planned(robot, known, hits, run_up, passing)
+        opens = partial(_hit, hit)
+    else:
+        hold, opens = choice.push.hold, partial(_reached, choice.push.reach, passing)
     world = rehearsal.world_of(robot, config, hold.doorway.hinge, door_offset, **settings)
     try:
         encoder = rehearsal.DoorEncoder(world.settings.encoder_bits)
-        opened = _hit(world, robot, hit, encoder) if hit is not None else _reached(
-            world, robot, reach, passing, encoder)
+        opened = opens(world, robot, encoder)
         why = world.fall.reason or opened.why
         if not why:
             last = world.step()
@@ -189,7 +191,7 @@ class _Opened:
 
 
 def _hit(
-    world: World, robot: RobotModel, hit: ImpactPlan, encoder: rehearsal.DoorEncoder
+    hit: ImpactPlan, world: World, robot: RobotModel, encoder: rehearsal.DoorEncoder
 ) -> _Opened:
     """Hit the door and catch the leaf."""
     done = rehearsal.execute(
@@ -199,7 +201,7 @@ def _hit(
 
 
 def _reached(
-    world: World, robot: RobotModel, reach: Reach, settings: PassageSettings,
+    reach: Reach, settings: PassageSettings, world: World, robot: RobotModel,
     encoder: rehearsal.DoorEncoder,
 ) -> _Opened:
     """Put the hand on the closed leaf."""

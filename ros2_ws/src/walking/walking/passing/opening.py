@@ -32,22 +32,33 @@ RESERVE = 2.0
 
 
 @dataclass(frozen=True)
+class Push:
+    """A push of the closed leaf.
+
+    Attributes:
+        reach: The hand's motion to the leaf.
+        hold: How that is planned to end.
+        passage: The passage from there.
+    """
+
+    reach: Reach
+    hold: Hold
+    passage: PassagePlan
+
+
+@dataclass(frozen=True)
 class Opening:
     """How a door is opened.
 
     Attributes:
         way: `HIT` or `PUSH`.
         reason: Sentence that says why.
-        reach: The hand's motion to the closed leaf; None for a hit.
-        hold: How that is planned to end; None for a hit.
-        passage: The passage from there; None for a hit.
+        push: The push; None for a hit.
     """
 
     way: str
     reason: str
-    reach: Reach | None = None
-    hold: Hold | None = None
-    passage: PassagePlan | None = None
+    push: Push | None = None
 
 
 def choose_opening(
@@ -98,7 +109,8 @@ def _pushed(
     return Opening(
         PUSH, f"push: the hand has to give at most {force:.0f} N, {RESERVE * force:.0f} N with the "
         f"reserve of {RESERVE:g}, {limit:.0f} N are allowed; the arm needs {100 * torque:.0f} % of "
-        f"its torques, and the smallest ZMP margin is {1e3 * margin:.0f} mm", reach, hold, passage)
+        f"its torques, and the smallest ZMP margin is {1e3 * margin:.0f} mm",
+        Push(reach, hold, passage))
 
 
 def _require_light(force: float, limit: float) -> None:

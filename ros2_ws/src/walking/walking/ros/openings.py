@@ -14,7 +14,7 @@ from humanoid_motion.robot_model import RobotModel
 from walking.execution.reaching import Reaching
 from walking.footsteps.footstep import Pose
 from walking.passing.held import Hold
-from walking.passing.opening import Opening
+from walking.passing.opening import Opening, Push
 from walking.passing.passage import PassagePlan
 from walking.ros.hit_client import HitClient
 from walking.ros.passage_planner import PassagePlanner, never
@@ -74,8 +74,9 @@ class Openings:
             DoorImpactError: There is none.
         """
         door, opening = await self._planner.opening(wanted, self._hinge, middle, stopped)
-        if opening.hold is not None and opening.passage is not None:
-            return Way(door, opening, opening.hold, opening.passage)
+        push = opening.push
+        if push is not None:
+            return Way(door, opening, push.hold, push.passage)
         hit, hold, passage = await self._planner.hit_and_passage(wanted, stopped)
         return Way(hit.door, opening, hold, passage, hit)
 
@@ -88,7 +89,7 @@ class Openings:
             DoorImpactError: The motion cannot begin.
         """
         if way.hit is None:
-            return goal.dry_run or await self._reach(way, result, stopped)
+            return goal.dry_run or await self._reached(way.opening.push, result, stopped)
         # The hit has the goal's identifier, by which the executor knows that it belongs to it.
         done = await self._hits.execute(
             ExecuteDoorImpact.Goal(plan_id=way.hit.plan_id, speed_scale=goal.speed_scale,
@@ -103,9 +104,11 @@ class Openings:
             return False
         return True
 
-    async def _reach(self, way: Way, result: Any, stopped: Callable[[], bool]) -> bool:
-        assert way.opening.reach is not None  # of a push
-        reaching = Reaching(self._robot, way.opening.reach)
+    async def _reached(
+        self, push: Push | None, result: Any, stopped: Callable[[], bool]
+    ) -> bool:
+        assert push is not None, "neither hit nor push"
+        reaching = Reaching(self._robot, push.reach)
         await self._move(reaching, stopped)
         result.error_code, result.message = end_code(reaching), reaching.reason
         return bool(result.error_code == Result.NONE)
