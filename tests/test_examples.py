@@ -56,6 +56,15 @@ def test_the_planned_speeds_keep_momentum_and_restitution() -> None:
     assert min(margins) >= 20.0
 
 
+def test_the_torque_of_its_closer_makes_a_door_heavy() -> None:
+    """The paper's needs 9.1 N m at 0.68 m, and is hit; half of that is pushed."""
+    light, _, paper, _ = printed_by("push_or_hit.py", "light", "paper").splitlines()
+    assert "| push: " in light
+    assert "| hit: " in paper
+    force = float(re.search(rf"would have to give {NUMBER} N", paper)[1])
+    assert force == pytest.approx(9.1 / 0.68, abs=0.5)
+
+
 @pytest.mark.nightly("test_hit.py looks closer at the same hit")
 def test_the_simulated_door_opens_to_the_desired_angle(tmp_path: Path) -> None:
     """The peak is within 1 deg of 25, and the robot stands."""

@@ -99,6 +99,13 @@ def test_figures_of_a_passage(robot):
         "leaf_angle_error_deg": pytest.approx(0.0, abs=1e-9), "min_margin_mm": pytest.approx(30.0)}
 
 
+def test_a_push_has_no_hit_and_the_hand_holds_from_its_first_contact_on(robot):
+    """The contact at 0.5 s is that of the hand; what it presses with in the first 100 ms is not."""
+    found = measures.summary(replace(run_of(), contact=math.nan, peak=math.nan), robot)
+    assert math.isnan(found["hit_to_clear_s"])
+    assert (found["passed"], found["hand_force_n"]) == (True, pytest.approx(10.0))
+
+
 @given(clear=st.floats(BEGIN, 20.0), end=st.floats(RELEASE, 20.0), stood=st.booleans(),
        touched=st.sampled_from([math.nan, 4.0]))
 def test_passed_is_clear_then_2_s_without_fall_and_without_a_touch(clear, end, stood, touched):

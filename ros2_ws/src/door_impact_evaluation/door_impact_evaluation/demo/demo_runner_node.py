@@ -17,6 +17,7 @@ from door_model.door.config import load_door
 from impact_planner.task.settings import ENDINGS, RUN_UPS
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from walking.passing.opening import PUSH
 
 from door_impact_evaluation.demo.demo_client import DemoClient, report_progress, wall_time
 from door_impact_evaluation.demo.settings import PASS, STANDS, DemoSettings
@@ -122,11 +123,12 @@ def run(
 
 def _hit(
     node: DemoClient, settings: DemoSettings, *, passes: bool
-) -> tuple[ImpactPlan, float, Any]:
-    """Plan and execute one hit, which a passage may follow.
+) -> tuple[ImpactPlan | None, float, Any]:
+    """Plan and execute one hit, which a passage may follow, or which it may push instead.
 
     Returns:
-        The plan, the wall time of planning [ms], and the result of the action.
+        The plan (None if the door was pushed), the wall time of planning [ms], and the result of
+        the action.
     """
     target = float(np.radians(settings.target_deg))
     ending = "hold" if settings.ending == PASS and not passes else settings.ending
@@ -138,10 +140,14 @@ def _hit(
         report_progress(f"    learned: restitution {plan.restitution:.3f}, effective mass "
                         f"{plan.effective_mass:.1f} kg, {plan.effective_mass_model:.1f} kg by the "
                         "model")
-    report_progress("hitting the door and walking through" if passes else "hitting the door")
+    report_progress("walking through the door" if passes else "hitting the door")
     if passes:  # the passage has the hit planned anew
         outcome = node.walk_through(target, settings.run_up)
         node.pause(STANDS)
+        report_progress(f"    {outcome.plan.opening_reason}")
+        if outcome.plan.opening == PUSH:
+            report_progress(f"    {outcome.message}")
+            return None, planning_ms, outcome
         plan = node.plan or plan
     else:
         outcome = node.execute(plan.plan_id)

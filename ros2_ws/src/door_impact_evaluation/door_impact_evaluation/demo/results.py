@@ -33,8 +33,8 @@ from door_impact_evaluation.report import animation, figures, report, table
 from door_impact_evaluation.report.replay import replay_of
 from door_impact_evaluation.report.run_replay import run_of_log
 from door_impact_evaluation.run import evaluation, simulation_log
-from door_impact_evaluation.run.record import DemoRecord, Support
-from door_impact_evaluation.run.simulation_log import SimulationLog
+from door_impact_evaluation.run.record import DemoRecord, Motion, Support
+from door_impact_evaluation.run.simulation_log import HitLoads, SimulationLog
 
 _HELD_OVER = 0.3  # time at the end over which the held angle is averaged [s]
 _IDENTIFIED = ("i_a", "c_c", "k_c", "tau_c0_prime")
@@ -51,7 +51,7 @@ class Received:
         door: Name or YAML file of the simulated door.
         target_deg: Desired opening angle [deg].
         parameters: Message CloserParameters with the identified door.
-        plan: Message ImpactPlan with the plan that was executed.
+        plan: Message ImpactPlan with the plan that was executed; None if the door was pushed.
         outcome: Result of the action ExecuteDoorImpact, or of WalkThroughDoor.
         planning_ms: Wall time from the request to the answer of the planning service [ms].
         real_time_factor: Simulated time over wall time.
@@ -80,9 +80,9 @@ class Received:
     passes: bool
 
 
-def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, record: DemoRecord,
-              raw: Support) -> dict[str, Any]:
-    """Compute every figure of summary.json.
+def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact | None,
+              record: DemoRecord, raw: Support) -> dict[str, Any]:
+    """Compute every figure of summary.json; those of the hit are None if the door was pushed.
 
     Args:
         received: What the demonstration received from the nodes.
@@ -91,7 +91,42 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
         record: What was measured of the motion.
         raw: ZMP and margins of the 1 kHz wrenches without averaging.
     """
-    plan, motion, loads = received.plan, log.motion, log.hit_loads(hit)
+    motion, loads = log.motion, None if hit is None else log.hit_loads(hit)
+    return {
+        **(dict.fromkeys(("door", "plan", "impact")) if hit is None or loads is None else
+           _of_the_hit(received, motion, hit, loads, record)),
+        "identified": _identified(received),
+        "zmp": {
+            "planned_min_margin_mm": None if hit is None else {
+                m.phase: 1e3 * m.margin for m in received.plan.zmp_margins},
+            "measured_min_margin_mm": _margins_mm(record.support, record),
+            "raw_min_margin_mm": _margins_mm(raw, record),
+        },
+        "robot": {
+            "fell": bool(log.fell),
+            "max_tilt_deg": float(np.degrees(evaluation.tilt(motion.base_orientation).max())),
+            "max_tracking_error_deg": float(np.degrees(log.max_tracking_error)),
+            "max_torque_ratio": log.max_torque_ratio,
+            "gear_load": loads and loads.shares,
+            "foot_slip_mm": None if hit is None else 1e3 * evaluation.slip(
+                motion, *record.phases["post"]),
+        },
+        "passage": passage.figures(received.outcome, received.door, log, record)
+        if received.passes else None,
+        "run": {
+            "real_time_factor": received.real_time_factor,
+            "wall_s": received.wall_s,
+            "engine": log.engine,
+            "rclpy": _rclpy(),
+            "rmw": get_rmw_implementation_identifier(),
+            "versions": _versions(log.engine),
+        },
+    }
+
+
+def _of_the_hit(received: Received, motion: Motion, hit: evaluation.Impact, loads: HitLoads,
+                record: DemoRecord) -> dict[str, Any]:
+    plan = received.plan
     ending = plan.phases[-1].name
     peak_deg = float(np.degrees(motion.door_angle[hit.peak]))
     end = record.phases[ending][1]
@@ -105,7 +140,6 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
             "peak_time_s": record.peak_time - record.contact_time,
             "held_deg": held,
         },
-        "identified": _identified(received),
         "plan": {
             **{key: float(getattr(plan, key)) for key in _PLANNED},
             "planning_ms": received.planning_ms,
@@ -121,29 +155,6 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact, re
             "switch_latency_ms": _switch_latency(received.outcome, record.contact_time),
             "brace_impulse_nms": loads.brace_impulse,
             "pad_force_n": loads.pad_force,
-        },
-        "zmp": {
-            "planned_min_margin_mm": {m.phase: 1e3 * m.margin for m in plan.zmp_margins},
-            "measured_min_margin_mm": _margins_mm(record.support, record),
-            "raw_min_margin_mm": _margins_mm(raw, record),
-        },
-        "robot": {
-            "fell": bool(log.fell),
-            "max_tilt_deg": float(np.degrees(evaluation.tilt(motion.base_orientation).max())),
-            "max_tracking_error_deg": float(np.degrees(log.max_tracking_error)),
-            "max_torque_ratio": log.max_torque_ratio,
-            "gear_load": loads.shares,
-            "foot_slip_mm": 1e3 * evaluation.slip(motion, *record.phases["post"]),
-        },
-        "passage": passage.figures(received.outcome, received.door, log, record)
-        if received.passes else None,
-        "run": {
-            "real_time_factor": received.real_time_factor,
-            "wall_s": received.wall_s,
-            "engine": log.engine,
-            "rclpy": _rclpy(),
-            "rmw": get_rmw_implementation_identifier(),
-            "versions": _versions(log.engine),
         },
     }
 
@@ -208,37 +219,36 @@ def write(received: Received, out: Path) -> None:
     if not received.phases:
         raise DemoError(f"the motion never began: {received.outcome.message}")
     log = simulation_log.load(out / "simulation.npz", received.phases[0][0])
-    starts = {name: time for time, name in received.phases}
-    if "cam" not in starts:
-        raise DemoError(f"the robot did not hit the door: {received.outcome.message}")
-    hit = evaluation.impact(log.motion, received.plan.l_b, starts["cam"])
     robot, door = load_robot_config(), load_door(received.door)
     measured = evaluation.support(log.motion, robot, window=evaluation.WINDOW)
-    t = log.motion.t
+    t, starts = log.motion.t, {name: time for time, name in received.phases}
+    hit, contact, peak = None, math.nan, math.nan
+    if received.plan is not None:
+        if "cam" not in starts:
+            raise DemoError(f"the robot did not hit the door: {received.outcome.message}")
+        hit = evaluation.impact(log.motion, received.plan.l_b, starts["cam"])
+        contact, peak = float(t[hit.contact.start]), float(t[hit.peak])
     record = DemoRecord(
-        motion=log.motion, phases=_phases(received, log, hit), support=measured,
-        contact_time=float(t[hit.contact.start]), peak_time=float(t[hit.peak]),
-        zmp_topic=received.zmp, door_topic=received.door_angle)
+        motion=log.motion, phases=_phases(received, log, contact, peak), support=measured,
+        contact_time=contact, peak_time=peak, zmp_topic=received.zmp,
+        door_topic=received.door_angle)
     draw_door(received.parameters, received.samples, door, out)
-    figures.cam(out / "cam_curve.png")
-    figures.zmp(record, out / "zmp.png")
-    figures.door_angle(record, received.target_deg, out / "door_angle.png")
     raw = evaluation.support(log.motion, robot, window=0.0)
     summary = summarize(received, log, hit, record, raw)
-    since = summary["passage"] and summary["passage"]["hit_to_clear_s"]
-    whole = {"after": since + STANDS, "slow_motion": 1.0, "follow": True} if since else {}
     true, shown = log, record
     if door.hinge == "left":  # pictures show the robot itself
         true = log.reflected()
         shown = replace(record, motion=true.motion, support=measured.reflected())
-    animation.hit(true, robot, door, record.contact_time, out / "impact.gif", **whole)
-    _, held_until = record.phases[received.plan.phases[-1].name]
-    falls = (t >= record.peak_time) & (t <= held_until)
-    caught_deg = float(np.degrees(log.motion.door_angle[falls].min()))
-    rows = table.rows(summary, caught_deg)
+    notes = [*received.parameters.warnings, *([log.fell] if log.fell else [])]
+    if hit is None:
+        rows, notes = table.push_rows(summary), [received.outcome.plan.opening_reason, *notes]
+    else:
+        _draw_hit(received, record, true, summary, out)
+        _, held_until = record.phases[received.plan.phases[-1].name]
+        falls = (t >= peak) & (t <= held_until)
+        rows = table.rows(summary, float(np.degrees(log.motion.door_angle[falls].min())))
+        notes = [*received.plan.warnings, *notes]
     heading = _heading(summary, received.outcome)
-    notes = [*received.plan.warnings, *received.parameters.warnings]
-    notes += [log.fell] if log.fell else []
     replay = replay_of(run_of_log(shown, true, received.plan, robot, door))
     report.write(rows, heading, notes, replay, out / "report.html")
     write_whole(out / "summary.json", json.dumps(summary, indent=2) + "\n")
@@ -246,37 +256,51 @@ def write(received: Received, out: Path) -> None:
     print(heading, flush=True)
 
 
+def _draw_hit(received: Received, record: DemoRecord, true: SimulationLog,
+              summary: dict[str, Any], out: Path) -> None:
+    """Draw the pictures of a hit; arguments as of `write` and `summarize`."""
+    figures.cam(out / "cam_curve.png")
+    figures.zmp(record, out / "zmp.png")
+    figures.door_angle(record, received.target_deg, out / "door_angle.png")
+    since = summary["passage"] and summary["passage"]["hit_to_clear_s"]
+    whole = {"after": since + STANDS, "slow_motion": 1.0, "follow": True} if since else {}
+    animation.hit(true, load_robot_config(), load_door(received.door), record.contact_time,
+                  out / "impact.gif", **whole)
+
+
 def _heading(summary: dict[str, Any], outcome: Any) -> str:
     """Return a sentence about how far the door opened and what became of the robot."""
     door, robot, through = summary["door"], summary["robot"], summary["passage"]
-    opened = (f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
-              f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and ")
+    opened = "HRP-2 pushed the door and " if door is None else (
+        f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
+        f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and ")
     if robot["fell"]:
         return opened + "fell."
     if not outcome.success:
         return opened + f"stands, but {outcome.message}."
     if through is not None:
+        since = ("hit_to_clear_s", "the hit") if door else ("time_s", "its first motion")
         return opened + (
-            f"stands beyond it, clear of it {through['hit_to_clear_s']:.1f} s after the hit."
+            f"stands beyond it, clear of it {through[since[0]]:.1f} s after {since[1]}."
             if through["passed"] else "stands, but has not passed it.")
     if door["held_deg"] is None:
         return opened + "stands, back from the door."
     return opened + f"stands, holding it at {door['held_deg']:.1f} deg."
 
 
-def _phases(received: Received, log: SimulationLog, hit: evaluation.Impact,
+def _phases(received: Received, log: SimulationLog, contact: float, peak: float,
             ) -> dict[str, tuple[float, float]]:
     """Return start and end of each phase [s].
 
     The action's feedback gives the starts. Only the contact and the peak of the door are taken
     from the simulation's log, which has them to the millisecond.
     """
-    t = log.motion.t
-    contact, peak = float(t[hit.contact.start]), float(t[hit.peak])
-    after = ("post", received.plan.phases[-1].name)
-    starts = [(time, name) for time, name in received.phases if name not in after]
-    starts = sorted([*starts, (contact, after[0]), (peak, after[1])])
-    ends = [time for time, _ in starts[1:]] + [min(received.end, float(t[-1]))]
+    starts = received.phases
+    if received.plan is not None:
+        after = ("post", received.plan.phases[-1].name)
+        starts = [(time, name) for time, name in starts if name not in after]
+        starts = sorted([*starts, (contact, after[0]), (peak, after[1])])
+    ends = [time for time, _ in starts[1:]] + [min(received.end, float(log.motion.t[-1]))]
     return {name: (time, end) for (time, name), end in zip(starts, ends, strict=True)}
 
 

@@ -32,11 +32,18 @@ def run_of_log(record: DemoRecord, log: SimulationLog, plan: Any, robot: RobotCo
         record: What was measured of the motion.
         log: The simulation's log as it was.
         plan: Message ImpactPlan with the plan that was executed; its trajectories are not needed.
+            None if the door was not hit.
         robot: The robot, for its URDF.
         door: The door, for its leaf.
     """
     motion, support, spans = log.motion, record.support, list(record.phases.values())
     t = motion.t
+    plots = [Plot("Force of the robot on the door", "N",
+                  (Curve("elbow or hand", colors.FORCE, t, motion.contact_force),))]
+    if plan is not None:
+        plots.append(Plot("Speed of B towards the door", "m/s",
+                          (Curve(_SOURCE, colors.COM, t, motion.point_b_velocity),),
+                          (Limit("planned v_rB", round(float(plan.v_rb), 3)),)))
     return RecordedRun(
         t=t[(t >= spans[0][0]) & (t <= spans[-1][1])], source=_SOURCE,
         robot=Body(
@@ -55,14 +62,9 @@ def run_of_log(record: DemoRecord, log: SimulationLog, plan: Any, robot: RobotCo
         phases=phases_of([(begin, name) for name, (begin, _) in record.phases.items()],
                          spans[-1][1]),
         events=events_of(record.contact_time, record.peak_time),
-        desired=(plan.desired_opening_angle,),
-        planned={each.phase: each.margin for each in plan.zmp_margins},
-        plots=(
-            Plot("Force of the robot on the door", "N",
-                 (Curve("elbow or hand", colors.FORCE, t, motion.contact_force),)),
-            Plot("Speed of B towards the door", "m/s",
-                 (Curve(_SOURCE, colors.COM, t, motion.point_b_velocity),),
-                 (Limit("planned v_rB", round(float(plan.v_rb), 3)),))))
+        desired=() if plan is None else (plan.desired_opening_angle,),
+        planned={} if plan is None else {each.phase: each.margin for each in plan.zmp_margins},
+        plots=tuple(plots))
 
 
 def _poses(places: Array, turns: Array) -> Array:

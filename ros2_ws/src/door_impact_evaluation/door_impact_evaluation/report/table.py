@@ -36,7 +36,7 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         summary: Contents of summary.json.
         caught_deg: Smallest angle to which the door fell back before the hand stopped it [deg].
     """
-    plan, found, hit = summary["plan"], summary["identified"], summary["impact"]
+    plan, hit = summary["plan"], summary["impact"]
     door, robot = summary["door"], summary["robot"]
     loads, latency = robot["gear_load"], hit["switch_latency_ms"]
     joint = max(loads, key=loads.__getitem__)
@@ -45,15 +45,8 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
     margin = margins[phase]
     place = "inside" if margin > _INSIDE else "on the edge" if margin > -_INSIDE else "outside"
     nominal, held = door["target_deg"] == 25.0, door["held_deg"] is not None
-
-    def value(key: str, digits: int) -> str:
-        return f"{found[key]['value']:.{digits}f} ± {found[key]['std']:.{digits}f}"
-
     return [
-        Row("door: moment of inertia I_A", "12.75", value("i_a", 2), "kg m²"),
-        Row("closer: viscosity c_c", "0.06", value("c_c", 4), "N m s/rad"),
-        Row("closer: spring k_c", "1.13", value("k_c", 3), "N m/rad"),
-        Row("closer: torque tau'_c0", "-", value("tau_c0_prime", 3), "N m"),
+        *_identified(summary["identified"]),
         Row("robot: moment of inertia I_rob", "6.147", f"{plan['i_rob']:.3f}", "kg m²"),
         Row("robot: height of the CoM b_r", "0.71", f"{plan['b_r']:.3f}", "m"),
         Row("robot: height of B above the CoM a_r", "-", f"{plan['a_r']:.3f}", "m"),
@@ -85,7 +78,42 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row("ZMP (20 ms mean) in the support polygon", "inside", place, ""),
         Row(f"smallest ZMP margin, in phase {phase}", "-", f"{margin:.1f}", "mm"),
         Row("slip of the feet", "avoided", f"{robot['foot_slip_mm']:.2f}", "mm"),
-        Row("robot at the end", "stands", "fell" if robot["fell"] else "stands", ""),
+        *_ended(summary),
+    ]
+
+
+def push_rows(summary: Mapping[str, Any]) -> list[Row]:
+    """Make the rows of a run in which the robot pushed the door and walked through it.
+
+    Args:
+        summary: Contents of summary.json.
+    """
+    found = ((name, summary["passage"][key], unit) for name, key, unit in (
+        ("first motion to clear of the door", "time_s", "s"),
+        ("largest force of the hand", "hand_force_n", "N"),
+        ("error: largest of the leaf's angle against the plan", "leaf_angle_error_deg", "deg"),
+        ("smallest distance from leaf and frame", "min_clearance_mm", "mm"),
+        ("smallest ZMP margin in the passage", "min_margin_mm", "mm")))
+    return [*_identified(summary["identified"]),
+            *(Row(name, "-", "-" if value is None else f"{value:.1f}", unit)
+              for name, value, unit in found), *_ended(summary)]
+
+
+def _identified(found: Mapping[str, Any]) -> list[Row]:
+    def value(key: str, digits: int) -> str:
+        return f"{found[key]['value']:.{digits}f} ± {found[key]['std']:.{digits}f}"
+
+    return [
+        Row("door: moment of inertia I_A", "12.75", value("i_a", 2), "kg m²"),
+        Row("closer: viscosity c_c", "0.06", value("c_c", 4), "N m s/rad"),
+        Row("closer: spring k_c", "1.13", value("k_c", 3), "N m/rad"),
+        Row("closer: torque tau'_c0", "-", value("tau_c0_prime", 3), "N m"),
+    ]
+
+
+def _ended(summary: Mapping[str, Any]) -> list[Row]:
+    return [
+        Row("robot at the end", "stands", "fell" if summary["robot"]["fell"] else "stands", ""),
         Row("physics engine of the simulation", "-", summary["run"]["engine"], ""),
     ]
 

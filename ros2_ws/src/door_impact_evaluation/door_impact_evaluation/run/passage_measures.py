@@ -3,7 +3,7 @@
 Clear is the first instant at which all bodies of the robot are past the wall and outside the leaf's
 circle. The door is passed by a robot that is clear, then stands for 2 s, never falls, and never
 touches frame or wall. The hand holds the leaf from the catch, the first contact after the door's
-peak, up to the planned release.
+peak (after a push the first one at all), up to the planned release.
 """
 
 import math
@@ -152,5 +152,5 @@ def _held(run: PassageRecord, release: float) -> NDArray[np.bool_]:
     """Return which samples are from 100 ms after the catch up to the release, (n,)."""
     t, force = run.log.motion.t, run.log.motion.contact_force
     caught = next((float(t[each.start]) for each in evaluation.find_contacts(t, force)
-                   if t[each.start] >= run.peak), math.nan)
+                   if t[each.start] >= np.fmax(run.peak, run.first_motion)), math.nan)
     return np.asarray((t >= caught + _CATCHING) & (t <= release + _ROUNDING))

@@ -9,6 +9,7 @@ import numpy as np
 from door_encoder.decoding.angle import AnglePoint, AngleSampler
 from door_encoder.decoding.decoder import EncoderDecoder
 from door_encoder.decoding.settings import Settings
+from door_impact_common.arrays import Array
 from door_model.door.config import DoorConfig, load_door
 from door_model.errors import DoorModelError
 from door_model.recording.batch import SampleBatcher
@@ -112,7 +113,7 @@ def rehearse(
     config = load_door(door) if isinstance(door, str) else door
     robot, known = RobotModel(load_robot_config()), known or KnownDoor.configured(config)
     plan = planned(robot, known, target_deg, run_up, ending)
-    world = world_of(robot, config, plan, door_offset, **settings)
+    world = world_of(robot, config, plan.hit.placement.hinge, door_offset, **settings)
     probes = probe == "on" or (probe == "auto" and not plan.stands_if_missed)
     try:
         execution = execute(
@@ -137,13 +138,14 @@ def planned(
 
 
 def world_of(
-    robot: RobotModel, door: DoorConfig, plan: ImpactPlan, door_offset: float, **settings: Any
+    robot: RobotModel, door: DoorConfig, hinge: Array, door_offset: float, **settings: Any
 ) -> World:
-    """Make the world in which a hit is executed; arguments and errors as of `rehearse`."""
-    placement = plan.hit.placement
+    """Make a world with a door whose hinge is surveyed at x, y of odom, (2,) [m].
+
+    The other arguments and errors are as of `rehearse`.
+    """
     kind = MirroredWorld if door.hinge == "left" else World
-    return kind(robot.config, door, placement.door_distance + door_offset, placement.hinge_x,
-                **settings)
+    return kind(robot.config, door, door_offset - float(hinge[1]), float(hinge[0]), **settings)
 
 
 def impact_of(

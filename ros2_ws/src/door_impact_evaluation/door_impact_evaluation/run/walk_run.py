@@ -33,7 +33,7 @@ from door_impact_evaluation.run.rehearsal import arrays_of
 Events = Callable[[TickSample], Sequence[Command]]
 """Function that tells a motion of a sample, and returns its commands."""
 
-AFTERWARDS = 2.0  # simulated time after the end of the walk, in which a fall would show [s]
+AFTERWARDS = 2.0  # simulated time for which the robot stands after the end of a walk [s]
 PUSH_DURATION = 0.1  # duration of a push [s]
 STANDING = 1.5  # simulated time in which the robot stands before `push_standing` pushes it [s]
 _STEPS = 5.0  # simulated time after this push [s]
@@ -149,8 +149,9 @@ def walk(
 def execute(
     world: World, robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), *,
     step_change: bool = True, execution: Walk | None = None, events: Events | None = None,
+    afterwards: float = AFTERWARDS,
 ) -> tuple[Walk, float]:
-    """Let a world's robot walk, and then stand for `AFTERWARDS`, or until it falls.
+    """Let a world's robot walk and then stand, or until it falls.
 
     The execution gets the sensor data that a robot would send.
 
@@ -162,6 +163,7 @@ def execute(
         step_change: Whether a push may change the steps; after such a change the robot stands.
         execution: Execution of the walk that has not begun; None means that of a plain walk.
         events: Function that tells this execution further of a sample, such as of the door.
+        afterwards: Simulated time after the end of the walk, in which a fall would show [s].
 
     Returns:
         The execution after its end, and the time at which the plan began [s].
@@ -180,7 +182,7 @@ def execute(
             world.push_robot(np.array(waiting.pop(0).impulse), PUSH_DURATION)
         sample = world.step()
         if execution.outcome is not Outcome.RUNNING:
-            end = min(end, world.time + AFTERWARDS)
+            end = min(end, world.time + afterwards)
             continue
         for command in (*_events(execution, sample, complete=step_change),
                         *(events(sample) if events else ())):

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from door_model.door.config import DoorConfig
 from door_model.door.geometry import DoorGeometry
+from walking.passing.opening import HIT
 
 from door_impact_evaluation.run import evaluation, passage_measures
 from door_impact_evaluation.run.pass_run import Passed, pass_door
@@ -54,7 +55,7 @@ def run(case: Row) -> Iterator[Row]:
     door = simulated_door(case)
     with tempfile.TemporaryDirectory() as folder:
         yield measured(pass_door(
-            Path(folder) / "log.npz", door=door, known=hit.known_door(case, door), **{
+            Path(folder) / "log.npz", door=door, known=hit.known_door(case, door), opening=HIT, **{
                 name: case[name] for name in (
                     "door_offset", "run_up", "engine", "friction", "seed")}))
 
@@ -63,6 +64,7 @@ def measured(found: Passed) -> Row:
     """Return the figures of a passage as in `passage_measures.summary`, and others."""
     record, plan = found.record, found.plan
     walk, log = record.walk, record.log
+    assert found.hit is not None
     figures = passage_measures.summary(record, walker())
     return {
         "stood": log.stood, "fell": log.fell, "why": found.why,

@@ -35,7 +35,7 @@ def edited(tmp_path: Path, section: str | None, key: str, value: object) -> Path
 def test_doors_that_come_with_the_package() -> None:
     """All doors of the package load, and their linkages close up to 90 deg."""
     assert door_names() == [
-        "paper", "size2", "size2_leaf", "size3", "size3_leaf", "size4", "size4_leaf"
+        "light", "paper", "size2", "size2_leaf", "size3", "size3_leaf", "size4", "size4_leaf"
     ]
     for name in door_names():
         door = load_door(name).door()

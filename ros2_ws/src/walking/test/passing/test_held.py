@@ -52,6 +52,8 @@ def test_what_is_not_the_end_of_the_hit_is_refused_with_its_value(hold):
     for angle in (0.01, math.nan):
         with pytest.raises(NotReady, match="nobody holds it open"):
             hold.found(hold.joints, hold.stance, angle)
+    closed = replace(hold, angle=0.0)  # as before a push
+    assert closed.found(hold.joints, hold.stance, -0.001).angle == 0.0
 
 
 @given(off=st.floats(-0.04, 0.04))

@@ -42,6 +42,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from walking.execution.reaching import Reaching
 from walking.footsteps.footstep import ORIGIN, Pose
 from walking.passing.approach import hit_start
 from walking.ros.door_passer_node import DoorPasser
@@ -109,6 +110,7 @@ class Rig:
         self.walk_ends = Walk.Result.NONE
         self.wait: Future | None = None  # a hit or a walk lasts until this is done
         self.off: Callable[[float], float] = lambda _: 0.0  # of the leaf from its plan [rad]
+        self.touches = 3.3  # time since its begin at which a reach meets the leaf [s]
         self.feedback: list[Any] = []
 
     def on_plan(self, request: Any, response: Any) -> Any:
@@ -187,8 +189,10 @@ class Rig:
         if self.followed is not None:
             begin, knots = self.followed
             self.position = knots.at(min(max(self.now - begin, 0.0), knots.time[-1]))[0][0]
-        passage = self.node._passage
-        if passage is not None:
+        passage, force = self.node._passage, 12.0
+        if isinstance(passage, Reaching):
+            force *= passage.since(self.now) > self.touches
+        elif passage is not None:
             since = max(passage.since(self.now), 0.0)
             self.angle = float(passage.passage.push.at(np.array([since]))[0]) + self.off(since)
         self.clock.publish(Clock(clock=stamp))
@@ -196,7 +200,7 @@ class Rig:
                             velocity=[0.0] * len(self.names))
         door = JointState(name=["door_hinge"], position=[self.angle], velocity=[0.0])
         imu, wrist = Imu(), WrenchStamped()
-        imu.orientation.w, imu.linear_acceleration.z, wrist.wrench.force.y = 1.0, 9.81, 12.0
+        imu.orientation.w, imu.linear_acceleration.z, wrist.wrench.force.y = 1.0, 9.81, force
         for publisher, message in ((self.joints, joints), (self.imu, imu), (self.door, door),
                                    (self.wrist, wrist)):
             message.header.stamp = stamp
@@ -246,8 +250,8 @@ class Rig:
 
 @pytest.fixture
 def rig(request, robot, task, tmp_path) -> Iterator[Rig]:
-    hinge, door = getattr(request, "param", "right"), tmp_path / "door.yaml"
-    door.write_text(replace(load_door("paper"), hinge=hinge).to_yaml())
+    (name, hinge), door = getattr(request, "param", ("paper", "right")), tmp_path / "door.yaml"
+    door.write_text(replace(load_door(name), hinge=hinge).to_yaml())
     words = [word for value in ("use_sim_time:=true", f"door:={door}", "hand_stiffness:=400.0",
                                 "door_distance:=0.715", "hinge_x:=-0.4056")
              for word in ("-p", value)]
@@ -264,7 +268,7 @@ def rig(request, robot, task, tmp_path) -> Iterator[Rig]:
         rclpy.shutdown()
 
 
-@pytest.mark.parametrize("rig", ["right", "left"], indirect=True)
+@pytest.mark.parametrize("rig", [("paper", "right"), ("paper", "left")], indirect=True)
 def test_hit_and_passage_follow_each_other(rig):
     """The hand yields from the passage's begin to the release, and the result says what was."""
     handle = rig.send(probe=1, speed_scale=0.5)
@@ -309,6 +313,7 @@ def test_nothing_moves_where_the_door_cannot_be_passed(rig):
     assert [(round(math.degrees(each.desired_opening_angle)), each.ending)
             for each in rig.requests[:3]] == [(25, "pass"), (25, "hold"), (30, "pass")]
     assert rig.end(rig.send(hit_angle=math.nan)).result.error_code == Result.INVALID_GOAL
+    assert rig.end(rig.send(opening="kick")).result.error_code == Result.INVALID_GOAL
     assert (rig.hits, rig.followed) == ([], None)
 
 
@@ -345,7 +350,7 @@ def test_the_service_plans_from_the_end_of_a_hit(rig):
     assert answer.plan.zmp_margin > 0.01
 
 
-@pytest.mark.parametrize("rig", ["left"], indirect=True)
+@pytest.mark.parametrize("rig", [("paper", "left")], indirect=True)
 def test_a_robot_elsewhere_walks_up_and_passes_from_where_it_really_stands(rig):
     """Hit and passage are planned anew there; the door is where it is in odom."""
     rig.place = Pose(-1.2, 1.6, 0.5)
@@ -409,3 +414,47 @@ def test_without_a_way_to_the_door_nothing_moves(rig):
         rig.tell(Pose(0.0, y, 0.0), std, age)
         assert rig.end(rig.send()).result.error_code == Result.BAD_DOOR_POSE
     assert (rig.hits, rig.followed, len(rig.walks)) == ([], None, 3)
+
+
+def test_a_heavy_door_is_pushed_only_if_somebody_wants_it(rig):
+    """The plan says how the leaf is opened, and why."""
+    for wanted, way, reason in (("", "hit", "22 N are allowed"), ("push", "push", "100 N")):
+        plan = rig.ask(opening=wanted).plan
+        assert plan.opening == way
+        assert reason in plan.opening_reason
+
+
+@pytest.mark.parametrize("rig", [("light", "left")], indirect=True)
+def test_a_light_door_is_pushed_from_closed(rig):
+    """Nobody hits it; the passage begins where the hand has met the leaf, with the leaf closed."""
+    rig.end(rig.send(dry_run=True))
+    assert rig.followed is None
+    answer = rig.end(rig.send()).result
+    assert answer.success, answer.message
+    assert rig.hits == rig.requests == []
+    assert [each for each in dict.fromkeys(each.phase for each in rig.feedback) if each != "plan"] \
+        == ["reach", "push", "walk", "square_up"]
+    assert (answer.plan.opening, answer.plan.leaf_angle[0]) == ("push", 0.0)
+    assert "22 N are allowed" in answer.plan.opening_reason
+    assert math.isnan(answer.hit_to_clear)
+    assert math.isnan(answer.contact_time)
+    assert answer.time_to_clear > answer.plan.clear_time + rig.touches
+    assert [each.stiffness for each in rig.compliance] == [400.0, -1.0]
+
+
+@pytest.mark.parametrize("rig", [("light", "right")], indirect=True)
+def test_a_hand_that_does_not_meet_the_leaf_or_is_stopped_before_stands(rig):
+    """The hand has not gone on when it was stopped."""
+    rig.touches = math.inf
+    answer = rig.end(rig.send()).result
+    assert answer.error_code == Result.NO_CONTACT, answer.message
+    way = rig.followed[1].time[-1]
+    rig.position, rig.followed, rig.feedback = rig.robot.config.half_sitting, None, []
+    handle = rig.send()
+    rig.phase("reach")
+    handle.cancel_goal_async()
+    found = rig.end(handle)
+    assert (found.status, found.result.error_code) == (
+        GoalStatus.STATUS_CANCELED, Result.STOPPED), found.result.message
+    assert rig.followed[1].time[-1] < way
+    assert "push" not in {each.phase for each in rig.feedback}

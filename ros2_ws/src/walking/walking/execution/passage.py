@@ -14,10 +14,12 @@ from walking.passing.passage import PassagePlan
 from walking.passing.watch import Watch, WatchSettings
 
 STANDS = "the robot stands"
-# The driver joins the motion sooner than in a walk, since that begins in the posture that was
-# commanded last. Each step is sent earlier: a passage that came to rest because a message was late
-# is not taken up again, as the leaf would not wait.
-_SETTINGS = ExecutionSettings(lead=0.2, commit=0.35, restarts=0)
+AT_LEAF = ExecutionSettings(lead=0.2, commit=0.35, restarts=0)
+"""Thresholds of motions that begin in the posture that was commanded last.
+
+The driver therefore joins sooner than in a walk. Each step is sent earlier: a passage that came to
+rest because a message was late is not taken up again, as the leaf would not wait.
+"""
 
 
 class Passage(Walk):
@@ -42,7 +44,7 @@ class Passage(Walk):
         self, robot: RobotModel, plan: PassagePlan, *, yields: bool,
         limits: WatchSettings | None = None,
     ) -> None:
-        super().__init__(robot, plan.walk, plan.pattern, _SETTINGS,
+        super().__init__(robot, plan.walk, plan.pattern, AT_LEAF,
                          free=robot.arm_columns.tolist() if yields else ())
         self.passage = plan
         self.watch = Watch(plan.push.at, limits)

@@ -1,4 +1,4 @@
-"""The robot that holds the leaf after a hit: from its plan and what is measured to a task."""
+"""The robot with its hand on the leaf: from what was planned and what is measured to a task."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ _AJAR = math.radians(3.0)  # angle below which a leaf is not held open [rad]
 
 @dataclass(frozen=True)
 class Hold:
-    """How a hit is planned to end, and the axes in which a passage is planned from there.
+    """How a hit, or the hand's way to the closed leaf, is planned to end, and in which axes.
 
     Attributes:
         door: Dynamics of the door.
         doorway: Leaf and wall.
-        angle: Opening angle at which the hand holds the leaf [rad].
+        angle: Opening angle at which the hand holds the leaf; 0: it is closed [rad].
         stance: The soles.
         joints: Joints of the robot, (J,) [rad].
         axes: Pose in odom of the axes in which doorway and stance are, along the closed leaf.
@@ -54,14 +54,14 @@ class Hold:
                 for step in footsteps]
 
     def task(self) -> PassageTask:
-        """Return the passage from the planned end of the hit."""
+        """Return the passage from the planned end."""
         return PassageTask(self.door, self.doorway, self.angle, self.stance, self.joints)
 
     def found(
         self, joints: Array, soles: Stance, angle: float, commanded: Array | None = None,
         attitude: Array | None = None,
     ) -> PassageTask:
-        """Return the passage from where the hit has left the robot.
+        """Return the passage from where the robot has come to.
 
         Motors never hold a posture exactly. The passage begins from the posture that they were
         commanded to, on the soles' places by the odometry, so that the driver's reference goes on
@@ -72,14 +72,14 @@ class Hold:
             soles: The soles by the odometry.
             angle: Measured angle of the leaf [rad].
             commanded: Posture in which the last trajectory ends, (J,) [rad]: a leaf that stood
-                elsewhere than planned makes it another one than that of the hit's plan. None, and
+                elsewhere than planned makes it another one than the plan's. None, and
                 one that the robot is not in, stand for the plan's.
             attitude: Measured orientation of the IMU as a quaternion x, y, z, w, (4,); None takes
                 the robot as upright.
 
         Raises:
-            NotReady: The robot does not stand where and as the hit was planned to leave it, or the
-                leaf is not open.
+            NotReady: The robot does not stand where and as planned, or the leaf is not open that
+                should be.
         """
         holds = self.joints
         if commanded is not None and np.abs(joints - commanded).max() <= WALK_START:
@@ -87,20 +87,21 @@ class Hold:
         off = float(np.abs(joints - holds).max())
         if not off <= WALK_START:
             raise NotReady(
-                f"the robot does not hold the leaf: a joint is {off:.3f} rad from the posture in "
-                f"which the hit ends, at most {WALK_START} rad are allowed",
+                f"the robot does not hold the leaf: a joint is {off:.3f} rad from the planned "
+                f"posture, at most {WALK_START} rad are allowed",
                 quantity="joint [rad]", value=off, limit=WALK_START)
         middle, planned = soles.middle.seen_from(self.axes), self.stance.middle
         x, y, yaw = middle.seen_from(planned)
         if not (math.hypot(x, y) <= _MOVED and abs(yaw) <= _TURNED):
             raise NotReady(
                 f"the soles are {math.hypot(x, y):.3f} m and {math.degrees(yaw):.1f} deg from "
-                f"where the hit leaves them, at most {_MOVED} m and {math.degrees(_TURNED):g} deg "
+                f"where they were planned, at most {_MOVED} m and {math.degrees(_TURNED):g} deg "
                 "are allowed", quantity="soles [m]", value=math.hypot(x, y), limit=_MOVED)
-        if not angle >= _AJAR:
+        if self.angle > 0.0 and not angle >= _AJAR:
             raise NotReady(
                 f"the leaf stands at {math.degrees(angle):.1f} deg: nobody holds it open",
                 quantity="leaf angle [rad]", value=angle, limit=_AJAR)
         stance = Stance(*(middle.moved(*foot.seen_from(planned))
                           for foot in (self.stance.left, self.stance.right)))
-        return PassageTask(self.door, self.doorway, angle, stance, holds, joints, attitude)
+        return PassageTask(
+            self.door, self.doorway, max(0.0, angle), stance, holds, joints, attitude)

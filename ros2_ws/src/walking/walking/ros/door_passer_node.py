@@ -6,7 +6,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from door_impact_common.errors import DoorImpactError, SettingError
 from door_impact_common.node import GuardedNode, run_node, until
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
-from door_impact_msgs.msg import HandCompliance, ImpactPlan
+from door_impact_msgs.msg import HandCompliance
 from door_impact_msgs.srv import PlanDoorPassage
 from door_model.door.config import hinge_of
 from humanoid_motion.driver_interface import Command
@@ -28,14 +28,15 @@ from trajectory_msgs.msg import JointTrajectory
 
 from walking.errors import HitNotPlanned, NotReady, PassageInfeasible, Stopped
 from walking.execution.passage import STANDS, Passage
+from walking.execution.reaching import Reaching
 from walking.execution.start import require_near
 from walking.footsteps.footstep import as_array
-from walking.passing.approach import Site
+from walking.passing.approach import AS_SURVEYED
 from walking.passing.held import Hold
-from walking.passing.passage import PassagePlan
 from walking.passing.passage_task import PassageTask
 from walking.passing.settings import PassageSettings
 from walking.ros.clients import HitPlanner, MotionClient
+from walking.ros.openings import Openings, Way
 from walking.ros.passage_planner import PassagePlanner
 from walking.ros.passer_messages import (
     CAUGHT,
@@ -59,6 +60,10 @@ PARAMETERS = {
              "is identified"),
     "hand_stiffness": (0.0, "stiffness with which the hand yields to the leaf, by a driver that "
                        "takes /hand_compliance [N/m]; 0: the hand is stiff"),
+    # The place of the door has no default: params.yaml of the bringup sets it for every node.
+    "door_distance": (math.nan, "surveyed distance of the closed leaf's face from the origin of "
+                      "odom [m]"),
+    "hinge_x": (math.nan, "surveyed x of a hinge at the right in odom [m]"),
 }
 
 
@@ -81,14 +86,16 @@ class DoorPasser(GuardedNode):
         self._walk_up = WalkUp(self, self._body)
         self._planner = PassagePlanner(
             self, self._robot, door, self._settings, HitPlanner(self), self._body.sight)
+        self._openings = Openings(self._robot, self._planner, self._hits, self._walk_up.survey,
+                                  self._moved, self._on_hit)
         self._others = [ActiveGoals(self, action) for action in (EXECUTE, WALK)]
         self._commanded: Array | None = None  # where the last trajectory ends, (J,) [rad]
         self._busy = False
         self._goal: Any = None  # goal handle under way
         self._phase = ""
-        self._hold: Hold | None = None  # from which the goal's passage began
-        self._passage: Passage | None = None  # of the goal
-        self._finished = Future()  # done when the passage has ended
+        self._way: Way | None = None  # of the goal
+        self._passage: Passage | Reaching | None = None  # of the goal
+        self._finished = Future()  # done when it has ended
         self._yields = False  # whether the right hand was told to yield
         self._last_feedback = -math.inf  # on the robot's clock [s]
         self._compliance = self.create_publisher(HandCompliance, "/hand_compliance", 10)
@@ -145,10 +152,11 @@ class DoorPasser(GuardedNode):
     def _on_walk(self, feedback: Any) -> None:
         self._tell("approach", margin=feedback.zmp_margin)
 
-    def _on_hit(self, site: Site, feedback: Any) -> None:
+    def _on_hit(self, feedback: Any) -> None:
         # The executor takes the robot for being at the origin of odom.
+        known = self._way is not None and self._way.site == AS_SURVEYED
         self._tell("catch" if feedback.phase in CAUGHT else "hit", feedback.phase,
-                   feedback.zmp_margin if site == Site() else math.nan)
+                   feedback.zmp_margin if known else math.nan)
 
     def _tell(self, phase: str, hit_phase: str = "", margin: float = math.nan) -> None:
         """Publish feedback.
@@ -163,13 +171,13 @@ class DoorPasser(GuardedNode):
         if phase != self._phase:
             self._phase = phase
             self.get_logger().info(f"phase {phase}")
-        inputs, passage, hold, soles = (
-            self._inputs, self._passage, self._hold, self._body.soles())
+        inputs, passage, way, soles = (
+            self._inputs, self._passage, self._way, self._body.soles())
         feedback = WalkThroughDoor.Feedback(
             phase=phase, hit_phase=hit_phase, leaf_angle=inputs.door_angle,
             hand_force=inputs.hand_force, zmp_margin=margin, clearance=math.nan)
-        if passage is not None and soles is not None and hold is not None:
-            now, body = self._driver.now(), self._settings.body
+        if passage is not None and soles is not None and way is not None:
+            now, body, hold = self._driver.now(), self._settings.body, way.hold
             place = as_array(soles.middle.seen_from(hold.axes))[None]
             feedback.step = min(passage.steps, passage.steps_made(now) + 1)
             feedback.steps = passage.steps
@@ -184,7 +192,7 @@ class DoorPasser(GuardedNode):
     async def _on_request(
         self, request: PlanDoorPassage.Request, response: PlanDoorPassage.Response
     ) -> PlanDoorPassage.Response:
-        """Plan a passage from the leaf that the robot holds, otherwise from the end of a hit."""
+        """Plan a passage from the leaf that the robot holds, otherwise a way through the door."""
         try:
             if self._busy:
                 raise NotReady("another passage is planned or under way")
@@ -192,7 +200,7 @@ class DoorPasser(GuardedNode):
             self._driver.start()
             try:
                 require_angles(request)
-                hit, hold, plan = await self._held_or_hit(request)
+                way = await self._held_or_way(request)
             finally:
                 self._driver.stop()
                 self._busy = False
@@ -206,16 +214,16 @@ class DoorPasser(GuardedNode):
             response.message = f"the planner failed: {type(error).__name__}: {error}"
             self.get_logger().error(traceback.format_exc())
             return response
-        response.success, response.plan = True, self._planner.message(plan, hold, hit)
+        plan, response.success, response.plan = way.passage, True, self._message(way)
         response.message = (f"the robot is clear after {plan.clear:.1f} s and "
                             f"{len(plan.walk.footsteps)} footsteps; the planning took "
                             f"{plan.planning_time:.1f} s")
         return response
 
-    async def _held_or_hit(self, request: Any) -> tuple[ImpactPlan, Hold, PassagePlan]:
-        """Plan the passage of a request; errors are those of the planner."""
+    async def _held_or_way(self, request: Any) -> Way:
+        """Plan the way from the leaf that the robot holds, or through the closed door."""
         last = self._planner.last_hit
-        if last is not None and request.hit_angle < 0.0:
+        if last is not None and request.hit_angle < 0.0 and not request.opening:
             await until(self, lambda: self._body.heard, PATIENCE)
             try:
                 hold = self._planner.hold(last)
@@ -223,11 +231,14 @@ class DoorPasser(GuardedNode):
             except (NotReady, HitNotPlanned):
                 pass  # nobody holds the leaf
             else:
-                return last, hold, await self._planner.passage(task, request.leaf_angle)
-        return await self._planner.hit_and_passage(request, self._walk_up.site())
+                return Way(last.door, hold, await self._planner.passage(task, request.leaf_angle))
+        return await self._openings.plan(request, self._walk_up.site())
+
+    def _message(self, way: Way) -> Any:
+        return self._planner.message(way.passage, way.hold, way.door, way.opening)
 
     def _found(self, hold: Hold) -> PassageTask:
-        """Return the passage from where a hit has left the robot, as it is measured.
+        """Return the passage from where the robot has its hand on the leaf, as it is measured.
 
         Raises:
             NotReady: Messages are missing or old, the robot moves, or it does not hold the leaf.
@@ -270,7 +281,7 @@ class DoorPasser(GuardedNode):
             (result.error_code, _), result.message = codes(error), str(error)
         finally:
             self._driver.stop()
-            self._inputs.motion = self._passage = self._goal = self._hold = None
+            self._inputs.motion = self._passage = self._goal = self._way = None
             self._yield_hand(False)
             self._busy = False
         result.success = result.error_code == Result.NONE
@@ -295,44 +306,34 @@ class DoorPasser(GuardedNode):
         planned = self._walk_up.site()
         self._walk_up.require_reachable(planned, goal.walk_up)
         self._tell("plan")
-        hit, hold, plan = await self._planner.hit_and_passage(goal, planned, stopped)
+        way = await self._openings.plan(goal, planned, stopped)
         began = self._driver.now()
         site = await self._walk_up.arrive(
-            planned, hit.contact_point.x, goal, self._goal.goal_id, stopped, self._on_walk)
+            planned, way.ahead, goal, self._goal.goal_id, stopped, self._on_walk)
         if site != planned:
             self._tell("plan")
-            hit, hold, plan = await self._planner.hit_and_passage(goal, site, stopped)
-        result.plan = self._planner.message(plan, hold, hit)
-        touched = goal.probe == ExecuteDoorImpact.Goal.AUTO and not site.certain
-        done = await self._hits.execute(
-            ExecuteDoorImpact.Goal(plan_id=hit.plan_id, speed_scale=goal.speed_scale,
-                                   probe=ExecuteDoorImpact.Goal.ON if touched else goal.probe,
-                                   dry_run=goal.dry_run),
-            self._goal.goal_id, partial(self._on_hit, site), stopped)
-        if done.contact_sensor:
-            for name in ("contact_time", "peak_angle", "held_angle"):
-                setattr(result, name, getattr(done, name))
-        if stopped() or not done.success:
-            result.error_code = done.error_code or Result.STOPPED
-            result.message = f"no passage follows the hit: {done.message}"
+            way = await self._openings.plan(goal, site, stopped)
+        self.get_logger().info(self._body.sight.text(way.opening.reason))
+        self._way, plan, result.plan = way, way.passage, self._message(way)
+        if not await self._openings.make(way, goal, self._goal.goal_id, result, stopped):
             return
         if goal.dry_run:
-            result.message = (f"this was a dry run: hit and passage could be made, in "
-                              f"{plan.clear:.1f} s and {len(plan.walk.footsteps)} footsteps")
+            result.message = (f"this was a dry run: {way.opening.way} and passage could be made, "
+                              f"in {plan.clear:.1f} s and {len(plan.walk.footsteps)} footsteps")
             return
         self._tell("plan")
         rested = self._driver.now() + REST
         await until(self, lambda: self._driver.now() >= rested, 10.0 * REST)
         try:
             plan = await self._planner.passage(
-                self._found(hold), goal.leaf_angle, plan, stopped)
+                self._found(way.hold), goal.leaf_angle, plan, stopped)
         except PassageInfeasible as error:
             raise PassageInfeasible(
                 f"{error}; the robot stands and holds the leaf", quantity=error.quantity,
                 value=error.value, limit=error.limit) from error
-        result.plan = self._planner.message(plan, hold, hit)
-        self._hold = hold
-        passage = await self._passed(plan, hold, stopped)
+        result.plan = self._message(replace(way, passage=plan))
+        passage = Passage(self._robot, plan, yields=self._settings.yields)
+        await self._moved(way, passage, stopped)
         self._ended(result, passage, began)
 
     def _require_free(self) -> None:
@@ -346,10 +347,10 @@ class DoorPasser(GuardedNode):
                 raise NotReady(f"a goal of {other.action} is being executed: a passage begins when "
                                "it has ended", quantity="action", value=other.action)
 
-    async def _passed(
-        self, plan: PassagePlan, hold: Hold, stopped: Callable[[], bool]
-    ) -> Passage:
-        """Walk through the door, and return the passage when it has ended.
+    async def _moved(
+        self, way: Way, motion: Passage | Reaching, stopped: Callable[[], bool]
+    ) -> None:
+        """Make a motion on a way through the door, and return when it has ended.
 
         Raises:
             DoorImpactError: It cannot begin.
@@ -357,22 +358,20 @@ class DoorPasser(GuardedNode):
         # The messages that came in during the planning are handled first.
         await until(self, lambda: self._inputs.lag == 0.0 and not self._others[0].running, PATIENCE)
         self._require_free()
-        require_near(self._robot, plan.walk.knots.position[0], self._body.standing().position)
-        passage = Passage(self._robot, plan, yields=self._settings.yields)
+        require_near(self._robot, motion.plan.knots.position[0], self._body.standing().position)
         if stopped():
             raise Stopped(f"the passage was stopped before its first step; {STANDS}")
         self._finished, self._last_feedback = Future(), -math.inf
         self._inputs.intake.begin()
-        self._inputs.motion = self._passage = passage
-        self._body.show(hold.in_odom(plan.walk.footsteps))
-        self._body.send(passage.start(self._driver.now() + self._inputs.lag))
-        passage.prepare_next()
+        self._inputs.motion = self._passage = motion
+        self._body.show(way.hold.in_odom(motion.plan.footsteps))
+        self._body.send(motion.start(self._driver.now() + self._inputs.lag))
+        motion.prepare_next()
         await self._finished
         self._body.show(())  # the walker shows its footsteps there, too
         for what, value in self._inputs.intake.noticed().items():
             self.get_logger().warning(
                 f"noticed in the passage: {self._body.sight.text(what)}: {value}")
-        return passage
 
     def _ended(self, result: Any, passage: Passage, began: float) -> None:
         """Fill in the result of a passage that has ended.
@@ -388,9 +387,11 @@ class DoorPasser(GuardedNode):
         result.release_angle = passage.release_angle
         result.largest_hand_force = watch.largest_force
         result.largest_leaf_error = watch.largest_error
+        since = (f"{result.time_to_clear:.1f} s after its first motion" if
+                 math.isnan(result.contact_time) else f"{result.hit_to_clear:.1f} s after the hit")
         result.message = passage.reason or (
-            f"the robot has passed the door in {result.steps} steps, clear of it "
-            f"{result.hit_to_clear:.1f} s after the hit by the odometry")
+            f"the robot has passed the door in {result.steps} steps, clear of it {since} by the "
+            "odometry")
 
 
 def _create_service(node: Any, kind: Any, name: str, answer: Callable[..., Any]) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from door_impact_common.arrays import Array
 from door_impact_common.driver.sight import Straight
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode
@@ -15,12 +16,16 @@ from door_model.door.config import load_door
 from door_model.door.door import Door
 from door_model.errors import DoorModelError
 from door_model.ros.messages import door_of
+from hrp2_description.robot import needed
 from humanoid_motion.robot_model import RobotModel
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from walking.errors import PLANNING_ERRORS, HitNotPlanned, InvalidGoal, PassageInfeasible
-from walking.passing.approach import Site
+from walking.footsteps.footstep import Stance
+from walking.passing.approach import AS_SURVEYED, Site
+from walking.passing.doorway import Doorway
 from walking.passing.held import HITS, Hold
+from walking.passing.opening import HIT, Opening, choose_opening
 from walking.passing.passage import PassagePlan, plan_passage
 from walking.passing.passage_task import PassageTask
 from walking.passing.route import OPENING
@@ -56,12 +61,13 @@ class PassagePlanner:
     ) -> None:
         self._node, self._names, self._settings, self._hits, self._seen = (
             node, robot.joint_names, settings, hits, seen)
+        self._width = needed(robot.config.footsteps, "footsteps").width
         self._door = load_door(door) if door else None
         self._background = Background(node, robot.config)
         self._identified: tuple[str, Door] | None = None  # name and dynamics
         self._numbers = itertools.count(1)  # of the plans
         self.last_hit: ImpactPlan | None = None
-        self._site: tuple[str, Site] = "", Site()  # of the plan of a hit with this plan_id
+        self._site: tuple[str, Site] = "", AS_SURVEYED  # of the plan of a hit with this plan_id
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         node.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
         node.create_subscription(ImpactPlan, "/door_impact_plan", self._on_hit, latched)
@@ -69,6 +75,28 @@ class PassagePlanner:
     def close(self) -> None:
         """End the planning thread."""
         self._background.close()
+
+    async def opening(
+        self, wanted: Any, hinge: Array, site: Site, stopped: Callable[[], bool]
+    ) -> tuple[str, Opening]:
+        """Choose between hit and push; return the door's name beside it.
+
+        Args:
+            wanted: A goal or a request.
+            hinge: x and y of the hinge in the axes of the site, (2,) [m].
+            site: Where the robot stands.
+            stopped: Whether they are not wanted any more.
+
+        Raises:
+            DoorImpactError: A push is wanted, and cannot be made.
+        """
+        known, (name, door) = self._door, self._identified or ("", None)
+        if known is None or known.frame is None:
+            return "", Opening(HIT, "hit: nothing is known of the door's frame")
+        return known.name, await self._background.run(
+            choose_opening, door if door and name == known.name else known.door(),
+            Doorway(hinge, known.leaf, known.frame), Stance.around(site.soles, self._width),
+            wanted.opening, self._with_angles(wanted.leaf_angle), stopped=stopped)
 
     async def hit_and_passage(
         self, wanted: Any, site: Site, stopped: Callable[[], bool] = never
@@ -116,22 +144,26 @@ class PassagePlanner:
             PassageInfeasible: There is no passage.
             Stopped: The plan is not wanted any more.
         """
-        angles = self._settings.leaf_angles if angle < 0.0 else (angle,)
         return await self._background.run(
-            _passage, task, replace(self._settings, leaf_angles=angles), before, stopped=stopped)
+            _passage, task, self._with_angles(angle), before, stopped=stopped)
+
+    def _with_angles(self, angle: float) -> PassageSettings:
+        angles = self._settings.leaf_angles if angle < 0.0 else (angle,)
+        return replace(self._settings, leaf_angles=angles)
 
     def hold(self, hit: ImpactPlan) -> Hold:
         """Return how a hit is planned to end; errors are those of `hold_of`."""
         name, door = self._identified or ("", None)
         plan_id, site = self._site
         return hold_of(hit, self._names, self._door, door if name == hit.door else None,
-                       site if plan_id == hit.plan_id else Site())
+                       site if plan_id == hit.plan_id else AS_SURVEYED)
 
-    def message(self, plan: PassagePlan, hold: Hold, hit: ImpactPlan) -> Any:
-        """Convert the passage after a hit to its message."""
-        return self._seen.message(plan_message(
-            plan, hold, f"passage-{next(self._numbers)}", hit.door,
-            self._node.get_clock().now().to_msg()))
+    def message(self, plan: PassagePlan, hold: Hold, door: str, opening: Opening) -> Any:
+        """Convert a passage through a door that is opened so before, or is held, to its message."""
+        message = plan_message(plan, hold, f"passage-{next(self._numbers)}", door,
+                               self._node.get_clock().now().to_msg())
+        message.opening, message.opening_reason = opening.way, self._seen.text(opening.reason)
+        return self._seen.message(message)
 
     def _on_closer(self, message: CloserParameters) -> None:
         try:

@@ -19,6 +19,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from walking.errors import HitNotPlanned, InvalidGoal, NoDoor
 from walking.execution.passage import Passage
+from walking.execution.reaching import Reaching
 from walking.execution.walk import Outcome
 from walking.footsteps.footstep import Stance
 from walking.passing.approach import Site
@@ -54,11 +55,13 @@ def codes(error: DoorImpactError) -> tuple[int, int]:
     return _CODES.get(error.reason, (Result.PASSAGE_INFEASIBLE, Response.PASSAGE_INFEASIBLE))
 
 
-def end_code(passage: Passage) -> int:
-    """Return the action's error code of a passage that has ended."""
-    if passage.lost and passage.outcome is Outcome.STOPPED:
+def end_code(motion: Passage | Reaching) -> int:
+    """Return the action's error code of a motion that has ended."""
+    if isinstance(motion, Reaching) and motion.missed:
+        return int(Result.NO_CONTACT)
+    if isinstance(motion, Passage) and motion.lost and motion.outcome is Outcome.STOPPED:
         return int(Result.LEAF_LOST)
-    return int(_ENDS[passage.outcome])
+    return int(_ENDS[motion.outcome])
 
 
 def without_numbers() -> Any:

@@ -47,12 +47,15 @@ class WalkUp:
     Args:
         node: Node that calls /walk and hears of the door.
         body: The robot.
+
+    Attributes:
+        survey: The door as it is to be seen from where a hit begins.
     """
 
     def __init__(self, node: GuardedNode, body: WalkingRobot) -> None:
         given = Parameters(node, PARAMETERS)
         self._node, self._body, self._now = node, body, body.topics.now
-        self._survey = Pose(given.number("hinge_x"), -given.number("door_distance"), 0.0)
+        self.survey = Pose(given.number("hinge_x"), -given.number("door_distance"), 0.0)
         self._walks = MotionClient(node, Walk, WALK, "walker")
         self._told: Any = None  # last message on /door_pose
         node.create_subscription(PoseWithCovarianceStamped, DOOR_POSE, self._on_pose, 10)
@@ -71,7 +74,7 @@ class WalkUp:
         if not abs(age) <= _OLDEST:
             raise BadDoorPose(quantity=f"age of {DOOR_POSE} [s]", value=round(age, 1),
                               limit=f"at most {_OLDEST:g}")
-        return Site(hit_start(self._door(), self._survey), certain=self._told is None)
+        return Site(hit_start(self._door(), self.survey), certain=self._told is None)
 
     def require_reachable(self, site: Site, walk_up: bool) -> None:
         """Check that the robot stands where a hit is to begin, or can and may walk there.
@@ -122,11 +125,11 @@ class WalkUp:
                 return site
             rested = self._now() + _REST
             await until(self._node, lambda: self._now() >= rested, 10.0 * _REST)
-        axes, middle = hit_start(self._door(), self._survey), self._middle()
+        axes, middle = hit_start(self._door(), self.survey), self._middle()
         certain = self._told is None and not walks
         if certain and within(middle, axes, SURVEYED):
             return site
-        return arrived(axes, middle, self._survey, ahead, certain=certain)
+        return arrived(axes, middle, self.survey, ahead, certain=certain)
 
     def _middle(self) -> Pose:
         """Return the middle between the soles; errors are those of `WalkingRobot.standing`."""
@@ -138,8 +141,8 @@ class WalkUp:
     def _door(self) -> Pose:
         """Return where the door stands; errors are those of `door_pose`."""
         if self._told is None:
-            return self._survey
-        return self._body.turned(door_pose(self._told, -self._survey.x))
+            return self.survey
+        return self._body.turned(door_pose(self._told, -self.survey.x))
 
     def _on_pose(self, message: PoseWithCovarianceStamped) -> None:
         self._told = message
