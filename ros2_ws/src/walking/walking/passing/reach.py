@@ -86,7 +86,7 @@ def plan_reach(
             radii=(settings.nearest, doorway.leaf.width - hand),
             radius=settings.hand_radius, heights=settings.hand_heights,
             others=(config.contact_radius + settings.clearance, config.contact_radius),
-            comfortable=np.tile(config.half_sitting[course.columns], (count, 1)))
+            comfortable=config.half_sitting[course.columns])
         arm = course.solve(task, upper[course.columns])
         off = float(np.abs(course.gap(task, arm) - task.gap)[task.holds].max())
         if not off <= _OFF:

@@ -60,10 +60,6 @@ PARAMETERS = {
              "is identified"),
     "hand_stiffness": (0.0, "stiffness with which the hand yields to the leaf, by a driver that "
                        "takes /hand_compliance [N/m]; 0: the hand is stiff"),
-    # The place of the door has no default: params.yaml of the bringup sets it for every node.
-    "door_distance": (math.nan, "surveyed distance of the closed leaf's face from the origin of "
-                      "odom [m]"),
-    "hinge_x": (math.nan, "surveyed x of a hinge at the right in odom [m]"),
 }
 
 
