@@ -33,18 +33,22 @@ from geometry_msgs.msg import (
     TransformStamped,
     WrenchStamped,
 )
+from humanoid_motion.kinematics import yaw_of
 from humanoid_motion.knots import Knots
+from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.mirror import sight
 from rclpy.action import ActionClient, ActionServer, CancelResponse
 from rclpy.node import Node
 from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
+from scipy.optimize import brentq
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from walking.execution.reaching import Reaching
 from walking.footsteps.footstep import ORIGIN, Pose
 from walking.passing.approach import hit_start
+from walking.passing.felt import hand_place
 from walking.ros.door_passer_node import DoorPasser
 from walking.ros.messages import floor_pose, pose_message
 from walking.ros.walker_node import Walker
@@ -106,6 +110,7 @@ class Rig:
         self.requests: list[Any] = []  # of the planner
         self.hits: list[Any] = []  # goals of hits
         self.walks: list[Pose] = []  # goals of walks
+        self.left = task.stance.left  # seen from the place
         self.place = ORIGIN  # middle between the soles before the hit, in odom
         self.walk_ends = Walk.Result.NONE
         self.wait: Future | None = None  # a hit or a walk lasts until this is done
@@ -209,15 +214,14 @@ class Rig:
         spin_for(self.executor, 0.002)
 
     def base(self, stamp: Any) -> TransformStamped:
-        """The odometry, which holds the left sole where the hit put it."""
-        q = self.robot.configuration(np.zeros(3), self.position)
-        sole = self.robot.frame_position(q, self.robot.feet["left"].frame)
+        """The odometry, which holds the left sole where the robot stands on it."""
+        sole, = self.robot.poses_in_base(self.position, [self.robot.feet["left"].frame])
+        foot = Pose(float(sole[0, 3]), float(sole[1, 3]), yaw_of(sole))
         message = TransformStamped(child_frame_id="base_link")
         message.header.stamp, message.header.frame_id = stamp, "odom"
-        place, turn, left = (
-            message.transform.translation, message.transform.rotation, self.task.stance.left)
-        place.x, place.y, heading = before(
-            self.hinge, self.place.moved(left.x - sole[0], left.y - sole[1]))
+        place, turn = message.transform.translation, message.transform.rotation
+        base = self.place.moved(*self.left).moved(*ORIGIN.seen_from(foot))
+        place.x, place.y, heading = before(self.hinge, base)
         turn.z, turn.w = math.sin(0.5 * heading), math.cos(0.5 * heading)
         return message
 
@@ -335,6 +339,26 @@ def test_a_cancel_ends_the_hit_and_in_the_passage_finishes_the_step(rig):
         GoalStatus.STATUS_CANCELED, Result.STOPPED)
     assert step - 1 <= found.result.steps <= step + 1
     assert math.isnan(found.result.hit_to_clear)
+
+
+def test_a_passage_that_was_stopped_goes_on_from_the_held_leaf(rig):
+    """Without another hit; a hand that does not hold the leaf is refused."""
+    handle = rig.send()
+    rig.phase("walk")
+    handle.cancel_goal_async()
+    assert rig.end(handle).result.error_code == Result.STOPPED
+    hold = rig.node._left.hold
+    rig.left = hold.stance.left
+    place = hand_place(rig.robot, hold.joints, replace(rig.task, stance=hold.stance))
+    rig.angle += 0.5
+    assert "does not hold the leaf" in rig.end(rig.send()).result.message
+    rig.angle = brentq(lambda angle: LeafFrame(rig.task.doorway.hinge, angle).gap(place)
+                       - rig.robot.hand_radius, rig.angle - 1.0, rig.angle)
+    assert rig.ask().plan.opening == ""
+    found = rig.end(rig.send()).result
+    assert found.success, found.message
+    assert len(rig.hits) == 1
+    assert found.plan.footsteps[-1].pose.position.y < rig.task.doorway.far_face
     assert rig.now > rig.followed[0] + rig.followed[1].time[-1]
     assert rig.compliance[-1].stiffness == -1.0
 

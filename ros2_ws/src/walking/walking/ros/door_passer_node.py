@@ -6,6 +6,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -26,18 +27,20 @@ from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.task import Future
 from trajectory_msgs.msg import JointTrajectory
 
-from walking.errors import HitNotPlanned, NotReady, PassageInfeasible, Stopped
+from walking.errors import HitNotPlanned, NoDoor, NotReady, PassageInfeasible, Stopped
 from walking.execution.passage import STANDS, Passage
 from walking.execution.reaching import Reaching
 from walking.execution.start import require_near
+from walking.execution.walk import Outcome
 from walking.footsteps.footstep import as_array
 from walking.passing.approach import AS_SURVEYED
 from walking.passing.held import Hold
+from walking.passing.passage import PassagePlan
 from walking.passing.passage_task import PassageTask
 from walking.passing.settings import PassageSettings
 from walking.ros.clients import HitPlanner, MotionClient
 from walking.ros.openings import Openings, Way
-from walking.ros.passage_planner import PassagePlanner
+from walking.ros.passage_planner import PassagePlanner, never
 from walking.ros.passer_messages import (
     CAUGHT,
     codes,
@@ -90,6 +93,7 @@ class DoorPasser(GuardedNode):
         self._goal: Any = None  # goal handle under way
         self._phase = ""
         self._way: Way | None = None  # of the goal
+        self._left: Way | None = None  # on which a passage has ended with the hand on the leaf
         self._passage: Passage | Reaching | None = None  # of the goal
         self._finished = Future()  # done when it has ended
         self._yields = False  # whether the right hand was told to yield
@@ -196,7 +200,9 @@ class DoorPasser(GuardedNode):
             self._driver.start()
             try:
                 require_angles(request)
-                way = await self._held_or_way(request)
+                await until(self, lambda: self._body.heard, PATIENCE)
+                way = await self._held(request) or await self._openings.plan(
+                    request, self._walk_up.site())
             finally:
                 self._driver.stop()
                 self._busy = False
@@ -216,19 +222,25 @@ class DoorPasser(GuardedNode):
                             f"{plan.planning_time:.1f} s")
         return response
 
-    async def _held_or_way(self, request: Any) -> Way:
-        """Plan the way from the leaf that the robot holds, or through the closed door."""
-        last = self._planner.last_hit
-        if last is not None and request.hit_angle < 0.0 and not request.opening:
-            await until(self, lambda: self._body.heard, PATIENCE)
-            try:
-                hold = self._planner.hold(last)
+    async def _held(self, wanted: Any, stopped: Callable[[], bool] = never) -> Way | None:
+        """Plan the way from the leaf that the robot holds; None: it holds none.
+
+        It holds the leaf after a hit, or after a passage that was stopped on the way.
+        """
+        if wanted.hit_angle >= 0.0 or wanted.opening:
+            return None
+        left, last = self._left, self._planner.last_hit
+        held: list[tuple[str, Hold, PassagePlan | None]] = [] if left is None else [
+            (left.door, left.hold, left.passage)]
+        if last is not None:
+            with suppress(HitNotPlanned, NoDoor):
+                held.append((last.door, self._planner.hold(last), None))
+        for door, hold, before in held:
+            with suppress(NotReady):
                 task = self._found(hold)
-            except (NotReady, HitNotPlanned):
-                pass  # nobody holds the leaf
-            else:
-                return Way(last.door, hold, await self._planner.passage(task, request.leaf_angle))
-        return await self._openings.plan(request, self._walk_up.site())
+                return Way(door, hold, await self._planner.passage(
+                    task, wanted.leaf_angle, before, stopped))
+        return None
 
     def _message(self, way: Way) -> Any:
         return self._planner.message(way.passage, way.hold, way.door, way.opening)
@@ -299,38 +311,62 @@ class DoorPasser(GuardedNode):
         require_angles(goal)
         self._require_free()
         await until(self, lambda: self._body.heard or stopped(), PATIENCE)
+        self._body.standing()  # refuses missing messages before anything is planned
+        self._tell("plan")
+        began, way = self._driver.now(), await self._held(goal, stopped)
+        if way is None:
+            way = await self._open(goal, result, stopped)
+        else:
+            result.plan = self._message(way)
+        if way is None:
+            return
+        if goal.dry_run:
+            first = f"{way.opening.way} and " if way.opening.way else ""
+            result.message = (
+                f"this was a dry run: {first}passage could be made, in {way.passage.clear:.1f} s "
+                f"and {len(way.passage.walk.footsteps)} footsteps")
+            return
+        self._way, passage = way, Passage(self._robot, way.passage, yields=self._settings.yields)
+        await self._moved(way, passage, stopped)
+        if passage.outcome is Outcome.STOPPED and math.isnan(passage.release_angle):
+            assert self._commanded is not None  # by the passage
+            self._left = replace(
+                way, hold=replace(way.hold, stance=passage.stance, joints=self._commanded))
+        self._ended(result, passage, began)
+
+    async def _open(self, goal: Any, result: Any, stopped: Callable[[], bool]) -> Way | None:
+        """Open the door, and return the way from there; None: the result says why there is none.
+
+        Raises:
+            DoorImpactError: It cannot be done, or was cancelled between two motions.
+        """
         planned = self._walk_up.site()
         self._walk_up.require_reachable(planned, goal.walk_up)
-        self._tell("plan")
         way = await self._openings.plan(goal, planned, stopped)
-        began = self._driver.now()
         site = await self._walk_up.arrive(
             planned, way.ahead, goal, self._goal.goal_id, stopped, self._on_walk)
         if site != planned:
             self._tell("plan")
             way = await self._openings.plan(goal, site, stopped)
         self.get_logger().info(self._body.sight.text(way.opening.reason))
-        self._way, plan, result.plan = way, way.passage, self._message(way)
+        self._way, result.plan = way, self._message(way)
         if not await self._openings.make(way, goal, self._goal.goal_id, result, stopped):
-            return
+            return None
         if goal.dry_run:
-            result.message = (f"this was a dry run: {way.opening.way} and passage could be made, "
-                              f"in {plan.clear:.1f} s and {len(plan.walk.footsteps)} footsteps")
-            return
+            return way
         self._tell("plan")
         rested = self._driver.now() + REST
         await until(self, lambda: self._driver.now() >= rested, 10.0 * REST)
         try:
             plan = await self._planner.passage(
-                self._found(way.hold), goal.leaf_angle, plan, stopped)
+                self._found(way.hold), goal.leaf_angle, way.passage, stopped)
         except PassageInfeasible as error:
             raise PassageInfeasible(
                 f"{error}; the robot stands and holds the leaf", quantity=error.quantity,
                 value=error.value, limit=error.limit) from error
-        result.plan = self._message(replace(way, passage=plan))
-        passage = Passage(self._robot, plan, yields=self._settings.yields)
-        await self._moved(way, passage, stopped)
-        self._ended(result, passage, began)
+        way = replace(way, passage=plan)
+        result.plan = self._message(way)
+        return way
 
     def _require_free(self) -> None:
         """Check that no other node moves the robot.
