@@ -65,7 +65,7 @@ QUEUE = 50  # messages of a topic that wait for the executor
 WATCH = 0.05  # period of the watch for silent topics [s]
 PASSING = PassageSettings()
 PAUSE = 0.3  # time at rest with the hand on the leaf, before the passage is planned [s]
-AFTERWARDS = 2.0  # time after the end of everything in which a fall would show [s]
+AFTERWARDS = {HIT: 2.0, WALK: 2.0, PASSAGE: 6.0}  # time after the end, in which it may fall [s]
 LONGEST = 14.0  # time after the planned contact, or walk, at which a run ends in any case [s]
 MEAN = 0.02  # time over which the hand's force is averaged [s]
 FIRST = 0.1  # time after the first contact that belongs to the hit itself [s]
@@ -315,7 +315,7 @@ class Rig:
             if self.world.fell or self.world.time >= self.reference + LONGEST:
                 break
             self.tick()
-        self.run_until(min(self.world.time - self.reference + AFTERWARDS, LONGEST))
+        self.run_until(min(self.world.time - self.reference + AFTERWARDS[self.motion], LONGEST))
         path = self.world.save_log(self.folder / "run.npz")
         log = simulation_log.load(path, 0.0)
         force, time = log.motion.contact_force, log.motion.t
