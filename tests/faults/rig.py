@@ -268,9 +268,7 @@ class Rig:
         if isinstance(passage, Passage) and self.yields != (
                 passage.running and passage.yields_at(now)):
             self.yields = not self.yields
-            self.world.comply("right", *(
-                (PASSING.hand_stiffness, PASSING.hand_damping, PASSING.hand_mass)
-                if self.yields else ()))
+            self.world.comply("right", *(PASSING.impedance if self.yields else ()))
 
     def on_imu(self, arrival: Arrival, tilt: float, *reading: Array) -> list[Command]:
         """Handle a reading of the IMU."""

@@ -81,6 +81,7 @@ class Recorder(GuardedNode):
         if self._path.suffix != ".mcap":
             raise SettingError("file", name, "the MCAP file to write: -p file:=run.mcap")
         self._known: set[str] = set()
+        self._torn: set[str] = set()  # topics of which users were warned
         self._now = 0.0  # present time [s]
         self._pending = 0  # number of messages that are not yet in the file
         self._error: OSError | None = None  # after it nothing can be recorded
@@ -140,6 +141,10 @@ class Recorder(GuardedNode):
         if not self.get_clock().now().nanoseconds:
             return  # simulated time has not begun, so no message could be stamped
         for topic, kinds in self.get_topic_names_and_types():
+            if len(kinds) > 1 and topic in self._known - self._torn:
+                self._torn.add(topic)
+                self.get_logger().warning(
+                    f"{topic} now has several types, {', '.join(kinds)}: the first one is recorded")
             if topic in self._known or topic_or_service_is_hidden(topic):
                 continue
             publishers = self.get_publishers_info_by_topic(topic)
@@ -148,6 +153,7 @@ class Recorder(GuardedNode):
                 try:
                     self._record(topic, kinds, publishers)
                 except InputError as error:
+                    self._torn.add(topic)
                     self.get_logger().warning(f"{topic} is not recorded: {error}")
 
     def _record(self, topic: str, kinds: Sequence[str], ends: Sequence[TopicEndpointInfo]) -> None:

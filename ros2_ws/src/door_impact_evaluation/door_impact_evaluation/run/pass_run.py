@@ -298,9 +298,7 @@ class _Events:
         passage, settings, commands = self._passage, self._settings, list[Command]()
         yields = settings.yields and passage.yields_at(sample.time)
         if yields != self._yields:
-            self._world.comply("right", *(
-                (settings.hand_stiffness, settings.hand_damping, settings.hand_mass) if yields
-                else ()))
+            self._world.comply("right", *(settings.impedance if yields else ()))
             self._yields = yields
         if sample.right_hand_wrench is not None:
             commands += passage.on_hand(

@@ -22,7 +22,7 @@ TIME = np.arange(0.0, 8.0, 0.02)
 def driver_yields(force, settings):
     """Displacement of the simulated driver's hand at TIME under a force of the time, [m]."""
     hand = Admittance()
-    hand.change(HandImpedance(settings.hand_stiffness, settings.hand_damping, settings.hand_mass))
+    hand.change(HandImpedance(*settings.impedance))
     for _ in range(round(FADE / TICK)):  # the change has faded in
         hand.update(np.zeros(3))
     ticks = np.arange(0.0, TIME[-1] + TICK, TICK)

@@ -133,6 +133,11 @@ class PassageSettings:
         """Whether the hand yields to the leaf."""
         return math.isfinite(self.hand_stiffness)
 
+    @property
+    def impedance(self) -> tuple[float, float, float]:
+        """Stiffness [N/m], damping [N s/m] and mass [kg] of the yielding hand."""
+        return self.hand_stiffness, self.hand_damping, self.hand_mass
+
     def widened(self, wider: Rectangle) -> PassageSettings:
         """Return these settings with a larger body, as `wider` has it."""
         (back, ahead, right, left), more = self.body, wider

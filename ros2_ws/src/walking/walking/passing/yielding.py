@@ -30,7 +30,7 @@ def yielded(time: Array, force: Array, settings: PassageSettings) -> Array:
     """
     if not settings.yields:
         return np.zeros(len(time))
-    stiffness, damping, mass = settings.hand_stiffness, settings.hand_damping, settings.hand_mass
+    stiffness, damping, mass = settings.impedance
     count = max(2, 1 + int(np.ceil((time[-1] - time[0]) / _STEP)))
     fine = np.linspace(time[0], time[-1], count)
     step = float(fine[1] - fine[0])

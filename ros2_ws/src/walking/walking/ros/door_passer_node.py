@@ -142,8 +142,7 @@ class DoorPasser(GuardedNode):
         self._yields = yields
         message = HandCompliance(side="right")  # stiff
         if yields:
-            message.stiffness, message.damping, message.mass = (
-                hand.hand_stiffness, hand.hand_damping, hand.hand_mass)
+            message.stiffness, message.damping, message.mass = hand.impedance
         message.header.stamp = self.get_clock().now().to_msg()
         self._compliance.publish(self._body.sight.message(message))
 
