@@ -23,6 +23,7 @@ from door_impact_evaluation.run.simulation_log import SimulationLog
 AFTERWARDS = 2.0  # time for which the robot must stand after it is clear [s]
 _CATCHING = 0.1  # time after the catch in which the force is that of the catch [s]
 _LEFT = 0.03  # distance from the leaf at which a body that held it has left it [m]
+_TOUCHES = 1.0  # mean over 20 ms of the force on the leaf above which something touches it [N]
 _ROUNDING = 1e-6  # differences of times below this do not count [s]
 
 
@@ -136,21 +137,21 @@ def hand_force(run: PassageRecord, release: float) -> float:
 
     It is that of whichever body holds, up to the release; NaN if the leaf was not held [N].
     """
-    t, held = run.log.motion.t, _held(run, release)
-    samples = max(1, round(evaluation.WINDOW / float(np.median(np.diff(t)))))
-    mean = evaluation.centred_mean(run.log.motion.contact_force[:, None], samples)[:, 0]
-    return float(mean[held].max()) if held.any() else math.nan
+    force = _held_with(run, release)
+    return float(force.max()) if force.size else math.nan
 
 
 def contact_share(run: PassageRecord, release: float) -> float:
-    """Compute the share of the time of `hand_force` in which something touches the leaf."""
-    held = _held(run, release)
-    return float((run.log.motion.contact_force[held] > 0.0).mean()) if held.any() else math.nan
+    """Compute the share of the time in which the force of `hand_force` is above `_TOUCHES`."""
+    force = _held_with(run, release)
+    return float((force > _TOUCHES).mean()) if force.size else math.nan
 
 
-def _held(run: PassageRecord, release: float) -> NDArray[np.bool_]:
-    """Return which samples are from 100 ms after the catch up to the release, (n,)."""
+def _held_with(run: PassageRecord, release: float) -> Array:
+    """Return the mean forces on the leaf from 100 ms after the catch up to the release, (n,)."""
     t, force = run.log.motion.t, run.log.motion.contact_force
     caught = next((float(t[each.start]) for each in evaluation.find_contacts(t, force)
                    if t[each.start] >= np.fmax(run.peak, run.first_motion)), math.nan)
-    return np.asarray((t >= caught + _CATCHING) & (t <= release + _ROUNDING))
+    samples = max(1, round(evaluation.WINDOW / float(np.median(np.diff(t)))))
+    mean = evaluation.centred_mean(force[:, None], samples)[:, 0]
+    return np.asarray(mean[(t >= caught + _CATCHING) & (t <= release + _ROUNDING)])

@@ -315,7 +315,7 @@ def test_nothing_moves_where_the_door_cannot_be_passed(rig):
     answer = rig.end(rig.send()).result
     assert answer.error_code == Result.PASSAGE_INFEASIBLE
     assert [(round(math.degrees(each.desired_opening_angle)), each.ending)
-            for each in rig.requests[:3]] == [(25, "pass"), (25, "hold"), (30, "pass")]
+            for each in rig.requests[:3]] == [(25, "pass"), (30, "pass"), (35, "pass")]
     assert rig.end(rig.send(hit_angle=math.nan)).result.error_code == Result.INVALID_GOAL
     assert rig.end(rig.send(opening="kick")).result.error_code == Result.INVALID_GOAL
     assert (rig.hits, rig.followed) == ([], None)

@@ -16,12 +16,15 @@ from walking.footsteps.footstep import ORIGIN, Footstep, Pose, Stance
 from walking.passing.doorway import Doorway
 from walking.passing.passage_task import PassageTask
 
-HITS = tuple((math.radians(deg), ending) for deg in (25.0, 30.0, 35.0, 40.0, 45.0)
-             for ending in ("pass", "hold"))
+HITS = tuple(
+    (math.radians(deg), ending) for ending, angles in (
+        ("pass", (25.0, 30.0, 35.0, 40.0)), ("hold", (25.0, 30.0, 35.0, 40.0, 45.0)))
+    for deg in angles)
 """Opening angles [rad] and endings of a hit, tried until a passage can be planned from its end.
 
-With `pass` the leaf stays where the hand has caught it, which takes less time. From there the first
-step may be too long for a leg, which the pushed back leaf of `hold` leaves nearer to the feet.
+With `pass` the leaf stays where the hand has caught it, which takes 2 s less. From there the first
+step may be too long for a leg, which the pushed back leaf of `hold` leaves nearer to the feet. A
+leaf that was hit farther is caught harder, up to where the arm no longer follows.
 """
 _MOVED = 0.05  # largest distance of the soles from where the hit was planned to leave them [m]
 _TURNED = math.radians(5.0)  # and of their heading [rad]

@@ -120,7 +120,7 @@ def plan_passage(
             robot.config, task.doorway, task.stance, task.angle, angle, shoulder,
             wanted.widened(wider))
 
-    tried = [wanted] if task.measured is None else wanted.at_the_leaf()
+    tried = [wanted] if task.measured is None else wanted.at_the_leaf(_pressing(task, wanted))
     plan = _first(lambda each: _over_a_route(robot, task, each, route), tried)
     return replace(plan, planning_time=clock.process_time() - begin)
 
@@ -218,6 +218,11 @@ def _shoulder(robot: RobotModel) -> Array:
     return np.asarray(pose.origins[0, first, :2] - np.mean(soles, axis=0)[:2])
 
 
+def _pressing(task: PassageTask, settings: PassageSettings) -> float:
+    """Return the force of the held leaf on the hand [N]."""
+    return max(0.0, float(task.door.restoring_torque(task.angle)) / settings.hand_radius)
+
+
 class _Attempt:
     """One combination of a route and a gait."""
 
@@ -227,9 +232,8 @@ class _Attempt:
     ) -> None:
         self._robot, self._task, self._settings = robot, task, settings
         self._route, self._way = route, way
-        held = float(task.door.restoring_torque(task.angle)) / settings.hand_radius
         self._walk = replace(
-            settings.walk(way.gait, max(held, 0.0)), limits=step_limits(robot.config))
+            settings.walk(way.gait, _pressing(task, settings)), limits=step_limits(robot.config))
         if task.doorway.threshold is not None:
             self._walk = replace(self._walk, lift=settings.lift_over)
         steps = list(route.footsteps)

@@ -113,7 +113,7 @@ class PassagePlanner:
                 is that of the first hit of `HITS`.
         """
         refused: DoorImpactError | None = None
-        asked = [(wanted.hit_angle, ending) for _, ending in HITS[:2]]
+        asked = [(wanted.hit_angle, ending) for ending in dict.fromkeys(e for _, e in HITS)]
         for angle, ending in HITS if wanted.hit_angle < 0.0 else asked:
             try:
                 hit = self._seen.message(
