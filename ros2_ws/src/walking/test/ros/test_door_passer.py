@@ -91,7 +91,7 @@ class Rig:
         self.tf = publisher(TFMessage, "/tf", 50)
         self.other.create_subscription(JointTrajectory, "/joint_trajectory", self.follow, 10)
         self.compliance: list[Any] = []
-        self.other.create_subscription(
+        self.yielding = self.other.create_subscription(
             HandCompliance, "/hand_compliance", self.compliance.append, 10)
         self.other.create_service(PlanDoorImpact, "/plan_door_impact", self.on_plan)
         self.passages = ActiveGoals(self.other, "/walk_through_door")
@@ -318,6 +318,9 @@ def test_nothing_moves_where_the_door_cannot_be_passed(rig):
             for each in rig.requests[:3]] == [(25, "pass"), (30, "pass"), (35, "pass")]
     assert rig.end(rig.send(hit_angle=math.nan)).result.error_code == Result.INVALID_GOAL
     assert rig.end(rig.send(opening="kick")).result.error_code == Result.INVALID_GOAL
+    rig.other.destroy_subscription(rig.yielding)
+    answer = rig.end(rig.send()).result
+    assert (answer.error_code, "hand_stiffness" in answer.message) == (Result.NOT_READY, True)
     assert (rig.hits, rig.followed) == ([], None)
 
 

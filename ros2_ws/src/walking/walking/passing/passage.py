@@ -120,7 +120,7 @@ def plan_passage(
             robot.config, task.doorway, task.stance, task.angle, angle, shoulder,
             wanted.widened(wider))
 
-    tried = [wanted] if task.measured is None else wanted.at_the_leaf(_pressing(task, wanted))
+    tried = wanted.tried(_pressing(task, wanted), held=task.measured is not None)
     plan = _first(lambda each: _over_a_route(robot, task, each, route), tried)
     return replace(plan, planning_time=clock.process_time() - begin)
 

@@ -90,9 +90,10 @@ class PassageSettings:
         held: Friction and clearances [m] that are tried where the robot holds the leaf already and
             there is no other passage: then it could only stand there.
         held_gaits: Gaits that are tried as well with these.
-        weak: Force of the held leaf on the hand up to which the first of these clearances is tried
-            at once, because it saves time [N]. A stronger leaf turns the robot while it walks, up
-            to 5 deg behind its plan, and needs the usual clearance.
+        weak: Force of the held leaf on the hand up to which the first of these clearances will do,
+            too: a robot that has not moved uses it at last, and one that waits with the leaf in its
+            hand at once [N]. A stronger leaf turns the robot while it walks, so that it comes up to
+            5 deg behind its plan.
     """
 
     leaf_angles: tuple[float, ...] = tuple(map(math.radians, (75.0, 80.0, 70.0)))
@@ -148,16 +149,20 @@ class PassageSettings:
         return replace(self, body=(
             back - more[0], ahead + more[1], right - more[2], left + more[3]))
 
-    def at_the_leaf(self, force: float) -> list[PassageSettings]:
-        """Return the settings with which a robot that holds the leaf looks for a way in turn.
+    def tried(self, force: float, held: bool) -> list[PassageSettings]:
+        """Return the settings with which a way is looked for in turn.
 
         Args:
-            force: Force of the leaf on the hand [N].
+            force: Force of the held leaf on the hand [N].
+            held: Whether the robot holds the leaf already.
         """
-        first = replace(self, clearance=self.held[0][1]) if force <= self.weak else self
-        return [first, *(replace(self, friction=friction, clearance=clearance,
-                                  gaits=self.gaits + self.held_gaits)
-                          for friction, clearance in self.held)]
+        nearer = replace(self, clearance=self.held[0][1])
+        weak = force <= self.weak
+        if not held:
+            return [self, nearer] if weak else [self]
+        return [nearer if weak else self, *(
+            replace(self, friction=friction, clearance=clearance,
+                    gaits=self.gaits + self.held_gaits) for friction, clearance in self.held)]
 
     def beginning_with(self, way: Way) -> PassageSettings:
         """Return these settings in an order in which a way is tried first."""

@@ -311,6 +311,13 @@ class DoorPasser(GuardedNode):
         self._require_free()
         await until(self, lambda: self._body.heard or stopped(), PATIENCE)
         self._body.standing()  # refuses missing messages before anything is planned
+        if self._settings.yields:
+            takers = self._compliance.get_subscription_count
+            await until(self, lambda: takers() > 0 or stopped(), PATIENCE)
+            if not takers():
+                raise NotReady(
+                    "no driver takes /hand_compliance, and a stiff hand would press on the leaf as "
+                    "far as it should yield: set hand_stiffness to 0", quantity="/hand_compliance")
         self._tell("plan")
         began, way = self._driver.now(), await self._held(goal, stopped)
         if way is None:
