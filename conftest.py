@@ -47,6 +47,7 @@ settings.register_profile("whole", settings.get_profile("quick"), max_examples=2
                           derandomize=False)
 settings.load_profile("quick")
 
+pytest_plugins = ["shared_fixtures"]
 SHARING = ("tests/demo/", "tests/graph/")  # start every node: one set at a time, on one worker
 
 

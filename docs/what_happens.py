@@ -24,7 +24,6 @@ from hrp2_sim_bridge.physics.contact import design_leaf
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.execution.point_b import PointB
 from impact_planner.hit.momentum import omega_for
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
@@ -32,6 +31,7 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
 from matplotlib.figure import Figure
+from motion_execution.hit.point_b import PointB
 
 ANGLE = 25.0  # planned opening angle where it is not what differs [deg]
 ANGLES = (10.0, 15.0, 20.0, 25.0, 30.0)  # planned opening angles, for five v_rB [deg]

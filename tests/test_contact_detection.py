@@ -11,9 +11,9 @@ from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.settings import TICK
 from humanoid_motion.driver_interface import Command, ImuSample, TickSample
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.execution.execution import Execution
-from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import ExecutablePlan, Outcome
+from motion_execution.hit.execution import Execution
+from motion_execution.hit.point_b import PointB
+from motion_execution.hit.types import ExecutablePlan, Outcome
 
 pytestmark = pytest.mark.nightly("many whole runs")
 

@@ -15,11 +15,11 @@ from hrp2_sim_bridge.physics.frames import rotation
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.execution.execution import Outcome
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
+from motion_execution.hit.execution import Outcome
 from simulated_hit import HitLoads, pair_of
 from test_hit_model import require_alike
 from zmp_publisher.odometry import FootOdometry

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from door_impact_common.driver.intake import CURRENT
-from door_impact_common.driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
+from robot_driver.intake import CURRENT
+from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
 
 HIT, WALK, PASSAGE = "hit", "walk", "passage"
 COMMANDER = {HIT: "executor", WALK: "walker", PASSAGE: "passer"}  # part that moves the robot

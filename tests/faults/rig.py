@@ -14,10 +14,6 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.driver.freshness import Freshness
-from door_impact_common.driver.inputs import Inputs
-from door_impact_common.driver.intake import Arrival
-from door_impact_common.driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
 from door_impact_evaluation.run import evaluation, rehearsal, simulation_log
 from door_impact_evaluation.run.pass_run import hold_of
 from door_impact_evaluation.run.rehearsal import DoorEncoder, arrays_of
@@ -29,16 +25,21 @@ from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import Command, ImuSample, TickSample
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.execution.execution import Execution
-from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import ExecutablePlan
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
-from walking.execution.passage import Passage
-from walking.execution.walk import Walk
+from motion_execution.hit.execution import Execution
+from motion_execution.hit.point_b import PointB
+from motion_execution.hit.types import ExecutablePlan
+from motion_execution.walk.passage import Passage
+from motion_execution.walk.walk import Walk
+from robot_driver.freshness import Freshness
+from robot_driver.inputs import Inputs
+from robot_driver.intake import Arrival
+from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
+from robot_driver.ranges import joint_ranges
 from walking.footsteps.footstep import Pose
 from walking.passing.passage import plan_passage
 from walking.passing.settings import PassageSettings
@@ -123,7 +124,7 @@ class Rig:
                     PointB(robot), joint_names=config.joint_names))
         topics = {HIT: (DOOR,), WALK: (), PASSAGE: (DOOR, HAND)}[self.motion]
         self.watch = Freshness((JOINTS, IMU, *topics), 0.5, WATCH)
-        self.inputs = Inputs(robot.joint_ranges, self.watch)
+        self.inputs = Inputs(joint_ranges(robot), self.watch)
         sample = self.world.step()
         self.encoder.take(sample)
         start = self.execution.start(sample.time)

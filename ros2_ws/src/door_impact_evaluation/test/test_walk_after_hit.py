@@ -9,15 +9,15 @@ from door_model.door.config import load_door
 from hrp2_description.robot import SIDES, load_robot_config
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import Outcome as HitOutcome
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
-from walking.execution.goal import WalkGoal, plan_goal
-from walking.execution.start import Standing, require_near, start_state
-from walking.execution.walk import Outcome
+from motion_execution.hit.point_b import PointB
+from motion_execution.hit.types import Outcome as HitOutcome
+from motion_execution.walk.goal import WalkGoal, plan_goal
+from motion_execution.walk.start import Standing, require_near, start_state
+from motion_execution.walk.walk import Outcome
 from walking.pattern.settings import WalkSettings
 
 

@@ -15,7 +15,7 @@ from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
-from walking.execution.walk import Outcome
+from motion_execution.walk.walk import Outcome
 from walking.footsteps.footstep import Pose
 
 START = Pose(-3.0, 7.5, 2.5)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from door_impact_common.arrays import Array
-from door_impact_common.driver.samples import ImuSample
 
 from humanoid_motion.knots import Knots
+from humanoid_motion.samples import ImuSample
 
 
 @dataclass(frozen=True)

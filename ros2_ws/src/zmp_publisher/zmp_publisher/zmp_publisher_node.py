@@ -16,13 +16,6 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
-from door_impact_common.driver.inputs import RECENT
-from door_impact_common.driver.intake import Arrival, Intake
-from door_impact_common.driver.messages import imu_sample, tilt_of, wrench_row
-from door_impact_common.driver.names import IMU, JOINTS, WRENCHES
-from door_impact_common.driver.ranges import FORCE, INERTIAL
-from door_impact_common.driver.samples import ImuSample, Measured
-from door_impact_common.driver.topics import crowded, silence_of
 from door_impact_common.errors import SettingError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
@@ -33,10 +26,17 @@ from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.kinematics import pose_row
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.sensor_doubts import doubts
+from humanoid_motion.samples import ImuSample, Measured
 from rclpy.clock import JumpThreshold
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from robot_driver.inputs import RECENT
+from robot_driver.intake import Arrival, Intake
+from robot_driver.messages import imu_sample, tilt_of, wrench_row
+from robot_driver.names import IMU, JOINTS, WRENCHES
+from robot_driver.ranges import FORCE, INERTIAL, joint_ranges
+from robot_driver.sensor_doubts import doubts
+from robot_driver.topics import crowded, silence_of
 from sensor_msgs.msg import Imu, JointState
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -109,7 +109,7 @@ class ZmpPublisher(GuardedNode):
                 hinge_of(parameters.text("door")), parameters.numbers("robot_start", 3)),
         )
         self._intake = Intake({
-            JOINTS: self._model.joint_ranges, IMU: INERTIAL,
+            JOINTS: joint_ranges(self._model), IMU: INERTIAL,
             **dict.fromkeys(WRENCHES.values(), FORCE)})
         self._begin()
         self._tf: TFMessage | None = None  # filled anew for each time

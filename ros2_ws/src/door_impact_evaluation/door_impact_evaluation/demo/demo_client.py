@@ -6,7 +6,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from door_impact_common.driver.intake import present
 from door_impact_common.node import executor_of
 from door_impact_common.stamps import seconds
 from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
@@ -17,6 +16,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from robot_driver.intake import present
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 

@@ -22,14 +22,14 @@ from humanoid_motion.driver_interface import Command, TickSample
 from humanoid_motion.kinematics import yaw_of
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.errors import PlannerError
-from impact_planner.execution.execution import Execution, Outcome
-from impact_planner.execution.point_b import PointB
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import configured_placement
+from motion_execution.hit.execution import Execution, Outcome
+from motion_execution.hit.point_b import PointB
+from motion_execution.walk.passage import Passage
+from motion_execution.walk.reaching import Reaching
 from walking.errors import PLANNING_ERRORS, PassageInfeasible
-from walking.execution.passage import Passage
-from walking.execution.reaching import Reaching
 from walking.footsteps.footstep import ORIGIN, Pose, Stance
 from walking.passing.approach import AS_SURVEYED, Site, arrived
 from walking.passing.doorway import Doorway

@@ -20,8 +20,6 @@ from hrp2_sim_bridge.settings import SAMPLE
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.errors import ImplausibleHit
-from impact_planner.execution.execution import Command, ExecutablePlan, Execution, Outcome
-from impact_planner.execution.point_b import PointB
 from impact_planner.hit.learning import learn
 from impact_planner.impact_plan import ImpactPlan, observed_hit
 from impact_planner.plan import plan_impact
@@ -29,6 +27,8 @@ from impact_planner.task.experience import Experience
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
+from motion_execution.hit.execution import Command, ExecutablePlan, Execution, Outcome
+from motion_execution.hit.point_b import PointB
 
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.mirrored_world import MirroredWorld

@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_impact_common.driver.inputs import Motion
-from door_impact_common.driver.samples import Measured
 from door_model.door.config import load_door
 from hrp2_description.robot import needed
 from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
-from walking.execution.guard import Guard
-from walking.execution.start import Standing, start_state
-from walking.execution.walk import Outcome, Walk
+from humanoid_motion.samples import Measured
+from motion_execution.walk.guard import Guard
+from motion_execution.walk.start import Standing, start_state
+from motion_execution.walk.walk import Outcome, Walk
+from robot_driver.inputs import Motion
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
 from walking.pattern.plan import plan_walk

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from door_model.door.config import load_door
 from hrp2_sim_bridge.world import World
-from impact_planner.execution.point_b import PointB
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
+from motion_execution.hit.point_b import PointB
 from walking.footsteps.footstep import Pose
 from walking.pattern.walk_plan import WalkPlan
 

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from door_impact_common.driver.samples import Measured
 from door_model.door.config import load_door
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TrajectoryArrays
+from humanoid_motion.samples import Measured
 from walking.recovery.estimate import watch
 from walking.recovery.recovery import recover
 

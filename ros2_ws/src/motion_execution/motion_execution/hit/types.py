@@ -1,0 +1,285 @@
+"""The plan, the thresholds, the commands and the measurements of an execution."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from door_impact_common.arrays import Array
+from humanoid_motion.knots import Knots
+from impact_planner.errors import InvalidRequest
+from impact_planner.task.settings import ENDINGS
+
+RUN_UP, AFTER_HIT = "cam", "post"
+PROBE = "probe"  # phase before the run-up in which the leaf is touched; it is not of the plan
+APPROACH = ("prepare", "shift", "step", "back", RUN_UP)
+SCALED = APPROACH[:-1]  # phases that speed_scale slows down; the run-up keeps its speed
+PLANNED = (*APPROACH, AFTER_HIT)
+
+
+_LONGEST = 5.0  # longest time of a plan's contact, stop or rest; the planner's are below 2 s
+_FASTEST = 2.0  # largest speed of the CoM of a plan [m/s]; the planner's are below 0.5 m/s
+_RANGES = {  # least and largest plausible number of a plan, in its own unit
+    "contact_time": (0.05, _LONGEST),  # a run-up takes time
+    "steady_time": (0.0, _LONGEST),
+    "switch_delay": (0.0, 0.2),
+    "slow_down": (0.0, 0.5),
+    "rest_duration": (0.05, _LONGEST),
+    "post_ratio": (-1.0, 1.0),
+    "point_of_no_return": (0.0, _LONGEST),
+    "desired_angle": (0.0, np.pi),
+    "stop_duration": (0.05, _LONGEST),
+}
+
+
+class Outcome(enum.Enum):
+    """How an execution ended."""
+
+    RUNNING = "running"
+    SUCCESS = "success"
+    NO_CONTACT = "no contact"
+    STOPPED = "stopped"
+    FELL = "fell"
+    NOT_FOLLOWED = "not followed"
+    NOT_HELD = "not held"
+    LOCKED = "locked"
+
+
+class Kinematics(Protocol):
+    """What an execution needs of the robot; `PointB` has it."""
+
+    def speed(self, position: Array, velocity: Array, rate: Array) -> float:
+        """Calculate the speed of B towards the door [m/s].
+
+        Args:
+            position: Joint angles, (J,) [rad].
+            velocity: Joint speeds, (J,) [rad/s].
+            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
+        """
+
+    def away_from_door(self, position: Array) -> Array:
+        """Return the horizontal unit vector away from the door in the IMU's frame, (3,).
+
+        Args:
+            position: Joint angles, (J,) [rad].
+        """
+
+    def reach(self, position: Array) -> float:
+        """Calculate how far B is from the standing sole towards the door [m].
+
+        Args:
+            position: Joint angles, (J,) [rad].
+        """
+
+
+@dataclass(frozen=True)
+class ExecutionSettings:
+    """Thresholds of the execution.
+
+    Attributes:
+        lead: Time from sending the whole motion to its start, which a loaded machine needs [s].
+        splice: Time from sending a stop, or the motion after a contact that was detected late, to
+            its start [s].
+        judged_after: Time from the end of the hold or the retreat to its judgement [s].
+        felt_force: Force of the floor on the feet towards the door above which a contact is
+            detected [N].
+        contact_deceleration: Specific force of the trunk away from the door, above what the run-up
+            needs, from which on a reading shows a contact if the one before it has risen already
+            [m/s^2]. In the simulation the readings of the run-up differ by at most 0.2, the second
+            one of a hit by 18 to 39.
+        force_delay: Time from the begin of the contact to the stamp of the wrenches that show it
+            [s]. On gears that give, a mean over a tick of the driver exceeds `felt_force` 9 to
+            16 ms after the begin.
+        door_moves: Angular velocity of the door above which a contact is detected that the feet
+            did not show [rad/s].
+        late: Time after the end of the run-up at which a contact counts as missed [s]. The angle
+            of a door that moves may arrive late.
+        after_hit: Times after the begin of the contact between which v'_rB is measured [s]. Before
+            them B trembles on gears that give, after them the legs have slowed it down.
+        settle: Time after a stop at which the robot is at rest [s].
+        peak_drop: Angle by which the door must fall back for its peak to be detected [rad].
+        back_to_plan: Time within which a retreat from a door that stood nearer or farther returns
+            to the plan [s].
+        fall_tilt: Tilt of the trunk above which the robot has fallen [rad].
+        tracking: Largest distance between a joint and its trajectory [rad].
+        hold_within: Largest distance between the door's peak and the desired angle at which the
+            arm catches the door [rad].
+        late_event: Largest delay of an event at which the command that depends on it is still sent
+            [s]: of a contact, and of the door's peak beyond the delay that the hold is planned for.
+        goes_back: Time from the planned peak of the door, or from the end of a run-up without a
+            contact, to the retreat that the driver begins by itself if no command arrives [s].
+        back_from_miss: Duration of the retreat along the run-up after a missed contact [s].
+        stale: Largest difference between the stamps of the door's angle and of the joints [s].
+        held_within: Largest distance between the door and the desired angle at the end [rad].
+    """
+
+    lead: float = 0.5
+    splice: float = 0.005
+    judged_after: float = 0.2
+    felt_force: float = 80.0
+    contact_deceleration: float = 5.0
+    force_delay: float = 0.012
+    door_moves: float = 0.15
+    late: float = 0.1
+    after_hit: tuple[float, float] = (0.045, 0.09)
+    settle: float = 0.02
+    peak_drop: float = 0.0009
+    back_to_plan: float = 0.6
+    fall_tilt: float = float(np.radians(30.0))
+    tracking: float = 0.1
+    hold_within: float = float(np.radians(6.0))
+    late_event: float = 0.1
+    goes_back: float = 0.5
+    back_from_miss: float = 2.5
+    stale: float = 2.0
+    held_within: float = float(np.radians(2.0))
+
+    def __post_init__(self) -> None:
+        """Check the thresholds that are parameters of the node.
+
+        Raises:
+            InvalidRequest: A threshold is not a finite number above 0.
+        """
+        for name, unit in (("felt_force", "N"), ("contact_deceleration", "m/s^2")):
+            value = getattr(self, name)
+            if not 0.0 < value < np.inf:
+                raise InvalidRequest(
+                    f"{name} is {value:g} {unit}, must be finite and above 0 {unit}",
+                    quantity=f"{name} [{unit}]", value=value, limit=0.0)
+
+
+@dataclass(frozen=True)
+class ExecutablePlan:
+    """The part of a plan that an execution needs.
+
+    Attributes:
+        phases: Knots of each phase by its name. Those of `cam` continue past the contact and come
+            to rest. A plan with a hold may also have a retreat, in which a stop past the point of
+            no return ends.
+        contact_time: Time from the start of the run-up to the planned contact [s].
+        steady_time: Time before and after the planned contact during which the run-up has its full
+            speed [s].
+        switch_delay: Time after the begin of the contact during which the legs keep their speed
+            [s].
+        slow_down: Time in which the legs then change to the speed after the hit [s].
+        rest_duration: Time from the end of `slow_down` to rest [s].
+        post_ratio: Ratio of the speed along the path after the hit to the speed before it.
+        point_of_no_return: Time before the planned contact after which a stop loses balance [s].
+        desired_angle: Largest angle that the door is to reach [rad].
+        held_angle: Angle at which it is to be held then [rad]; NaN: it is not.
+        stop_duration: Time in which a stop slows the run-up down to rest [s].
+
+    Raises:
+        InvalidRequest: A phase is missing, or a number is out of its range.
+    """
+
+    phases: dict[str, Knots]
+    contact_time: float
+    steady_time: float
+    switch_delay: float
+    slow_down: float
+    rest_duration: float
+    post_ratio: float
+    point_of_no_return: float
+    desired_angle: float
+    held_angle: float
+    stop_duration: float
+
+    @classmethod
+    def of(cls, plan: Any, phases: dict[str, Knots]) -> ExecutablePlan:
+        """Make it from a plan or the plan's message, which share their names.
+
+        Args:
+            plan: The plan or its message.
+            phases: Knots of the plan's phases and branches by name.
+
+        Raises:
+            InvalidRequest: A phase is missing, or a number is out of its range.
+        """
+        if not 0.0 < plan.v_com <= _FASTEST:
+            raise InvalidRequest(
+                f"v_com of the plan is {plan.v_com:g} m/s, must be above 0 and at most "
+                f"{_FASTEST:g} m/s", quantity="v_com [m/s]", value=plan.v_com, limit=_FASTEST)
+        return cls(
+            phases=phases,
+            contact_time=plan.contact_time,
+            steady_time=0.5 * plan.steady_way / plan.v_com,
+            switch_delay=plan.switch_time - plan.contact_time,
+            slow_down=plan.slow_down,
+            rest_duration=plan.rest_duration,
+            post_ratio=plan.v_com_post / plan.v_com,
+            point_of_no_return=plan.point_of_no_return,
+            desired_angle=plan.desired_opening_angle,
+            held_angle=plan.held_angle,
+            stop_duration=plan.stop_duration,
+        )
+
+    def __post_init__(self) -> None:
+        """Check the phases and every number: a plan's message may come from anywhere."""
+        missing = [name for name in PLANNED if name not in self.phases]
+        if not set(ENDINGS) & set(self.phases):
+            missing.append(" or ".join(ENDINGS))
+        if missing:
+            raise InvalidRequest(f"the plan has no phase {', '.join(missing)}",
+                                 quantity="phases", value=", ".join(missing))
+        run_up = float(self.phases[RUN_UP].time[-1])
+        ranges = dict(_RANGES)
+        if "hold" in self.phases:
+            ranges["held_angle"] = _RANGES["desired_angle"]
+        for name, (least, most) in ranges.items():
+            value = getattr(self, name)
+            if not least <= value <= most:
+                raise InvalidRequest(
+                    f"{name} of the plan is {value:g}, must be from {least:g} to {most:g}",
+                    quantity=name, value=value, limit=(least, most))
+        for name, value in (("contact_time", self.contact_time),
+                            ("point_of_no_return", self.point_of_no_return),
+                            ("switch_delay", self.switch_time)):
+            if value > run_up:
+                raise InvalidRequest(
+                    f"{name} of the plan is {getattr(self, name):g} s, but its run-up ends after "
+                    f"{run_up:g} s", quantity=name, value=getattr(self, name), limit=run_up)
+
+    @property
+    def ending(self) -> str:
+        """Name of the phase that follows the door's peak."""
+        return next(name for name in ENDINGS if name in self.phases)
+
+    @property
+    def switch_time(self) -> float:
+        """Time from the start of the run-up to the start of `post` at the planned contact [s]."""
+        return self.contact_time + self.switch_delay
+
+
+@dataclass
+class Measured:
+    """Measurements of an execution; NaN for those that it did not reach.
+
+    Attributes:
+        contact_sensor: What showed the contact: imu, feet or door; empty without a contact.
+        contact_time: Begin of the contact as this sensor showed it, on the robot's clock [s].
+        contact_delay: Time from the planned contact to the begin of the contact [s].
+        switch_latency: Time from the begin of the contact to the switch to the motion after the
+            hit [s].
+        v_rb: Speed of B towards the door before the contact, from joints and gyro [m/s].
+        v_rb_post: Speed of B towards the door after the contact, from joints and gyro [m/s].
+        omega_door: Largest angular velocity of the door [rad/s].
+        peak_angle: Largest angle of the door [rad].
+        peak_time: Time from the begin of the contact to the door's peak [s].
+        held_angle: Angle of the door at the end of a hold [rad].
+        leaf_off: Distance by which the probe found the leaf farther away than planned [m].
+    """
+
+    contact_sensor: str = ""
+    contact_time: float = np.nan
+    contact_delay: float = np.nan
+    switch_latency: float = np.nan
+    v_rb: float = np.nan
+    v_rb_post: float = np.nan
+    omega_door: float = np.nan
+    peak_angle: float = np.nan
+    peak_time: float = np.nan
+    held_angle: float = np.nan
+    leaf_off: float = np.nan

@@ -1,0 +1,128 @@
+"""From where the robot stands to the state in which a walk begins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES
+from humanoid_motion.kinematics import yaw_of
+from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.tolerances import STILL, WALK_START
+from walking.errors import NotReady
+from walking.footsteps.footstep import Pose, Stance
+from walking.pattern.settings import WalkSettings
+from walking.pattern.state import WalkState, resting, standing, untwisted
+
+TILT = math.radians(3.0)  # largest tilt of the trunk at the beginning of a walk [rad]
+LEVEL = 0.015  # largest difference in height of the soles [m]
+FLAT = math.radians(3.0)  # largest tilt of a sole [rad]
+NEAR = 0.03  # distance up to which the upper body counts as in a known posture [rad]
+_MISSES = 0.06  # by how much a measured posture may miss level soles [m, rad]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What is known of a robot that stands.
+
+    Attributes:
+        base: Pose of base_link in odom by the odometry, as seen from above.
+        tilt: Angle between the trunk and the vertical [rad].
+        position: Joint positions, (J,) [rad].
+        velocity: Joint speeds, (J,) [rad/s].
+    """
+
+    base: Pose
+    tilt: float
+    position: Array
+    velocity: Array
+
+
+def start_state(
+    robot: RobotModel, found: Standing, settings: WalkSettings, known: Sequence[Array] = (),
+) -> WalkState:
+    """Return the state in which a walk from the present posture begins.
+
+    Motors never hold a posture exactly. So that many walks do not add up these errors, an upper
+    body near a known posture is taken to be in it; only another one, as after a hit, is kept as it
+    is measured.
+
+    Args:
+        found: What is known of the robot.
+        known: Postures that the upper body may have been commanded to, (J,) each [rad]; the legs'
+            columns are ignored. Half-sitting is always one of them.
+
+    Raises:
+        NotReady: The robot moves, is tilted, or does not stand flat on both feet.
+        HumanoidMotionError: The legs cannot take this posture with an upright trunk.
+    """
+    _require(found.tilt, TILT, "tilt of the trunk [rad]", "has the robot fallen?")
+    speed = np.abs(found.velocity)
+    fastest = int(np.argmax(speed))
+    _require(speed[fastest], STILL, f"speed of {robot.joint_names[fastest]} [rad/s]",
+             "a walk begins at rest")
+    stance, height = _feet(robot, found)
+    legs = [column for columns in robot.leg_columns.values() for column in columns]
+    plain = standing(robot, stance)
+    upper = untwisted(robot, stance, found.position, settings)
+    near = [posture for posture in (*known, robot.config.half_sitting)
+            if np.delete(np.abs(upper - posture), legs).max() <= NEAR]
+    if near and abs(height - plain.waist_height) <= LEVEL:
+        return standing(robot, stance, near[0])
+    return resting(robot, stance, found.position, settings, _MISSES)
+
+
+def require_near(robot: RobotModel, first: Array, position: Array) -> None:
+    """Check that the robot is near the first posture of a walk.
+
+    Args:
+        first: Joint positions at the beginning of the walk, (J,) [rad].
+        position: Present joint positions, (J,) [rad].
+
+    Raises:
+        NotReady: A joint is too far away.
+    """
+    off = np.abs(position - first)
+    worst = int(np.argmax(off))
+    _require(off[worst], WALK_START,
+             f"distance of {robot.joint_names[worst]} from the walk's first posture [rad]",
+             "the robot is not in a posture from which it can walk")
+
+
+def soles_at(robot: RobotModel, base: Pose, position: Array) -> Stance:
+    """Compute where the soles are, as seen from above.
+
+    Args:
+        base: Pose of base_link in odom, as seen from above.
+        position: Joint positions, (J,) [rad].
+    """
+    frames = [robot.feet[side].frame for side in SIDES]
+    return Stance(**{
+        side: base.moved(float(pose[0, 3]), float(pose[1, 3]), yaw_of(pose))
+        for side, pose in zip(SIDES, robot.poses_in_base(position, frames), strict=True)})
+
+
+def _feet(robot: RobotModel, found: Standing) -> tuple[Stance, float]:
+    """Return the soles on the floor, and the height of base_link above them [m].
+
+    Raises:
+        NotReady: A sole is not flat, or they are not equally high.
+    """
+    frames = [robot.feet[side].frame for side in SIDES]
+    poses = robot.poses_in_base(found.position, frames)
+    for side, pose in zip(SIDES, poses, strict=True):
+        lean = math.acos(min(1.0, max(-1.0, float(pose[2, 2]))))
+        _require(lean, FLAT, f"tilt of the {side} sole [rad]", "the robot does not stand")
+    heights = [-float(pose[2, 3]) for pose in poses]
+    _require(abs(heights[0] - heights[1]), LEVEL, "difference in height of the soles [m]",
+             "the robot does not stand on both feet")
+    return soles_at(robot, found.base, found.position), float(np.mean(heights))
+
+
+def _require(value: float, limit: float, quantity: str, what: str) -> None:
+    if not value <= limit:  # also NaN
+        raise NotReady(f"{what}: the {quantity} is {value:.3f}, at most {limit:.3f} are allowed",
+                       quantity=quantity, value=float(value), limit=limit)

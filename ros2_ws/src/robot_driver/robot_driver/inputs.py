@@ -1,0 +1,213 @@
+"""Passes the messages about robot and door to a motion: checked, and with their delay.
+
+A motion is a hit, a walk or a passage. Each message passes `Intake`: what that drops reaches no
+motion, and no motion begins from it. `Freshness` notices silent topics.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Any
+
+import numpy as np
+from door_impact_common.arrays import Array
+from humanoid_motion.driver_interface import Command
+from humanoid_motion.samples import ImuSample, Measured
+from numpy.typing import ArrayLike
+
+from robot_driver.freshness import Freshness
+from robot_driver.intake import Arrival, Intake, Plausible
+from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
+from robot_driver.ranges import DOOR_ANGLE, FORCE, INERTIAL
+
+RECENT = 60  # number of complete samples that are kept, 0.3 s at 200 Hz
+
+
+class Motion:
+    """A hit, a walk or a passage.
+
+    It gets events and returns commands for the driver, in their order. Times are stamps of
+    messages or times of the robot's clock, both in seconds.
+    """
+
+    @property
+    def running(self) -> bool:
+        """Whether the motion has not ended yet."""
+        raise NotImplementedError
+
+    def lags(self, seconds: float) -> None:
+        """Set the time by which the next event lags behind the present [s]; 0 if it is on time."""
+        raise NotImplementedError
+
+    def give_up(self, reason: str) -> None:
+        """End as stopped, without a command: the driver finishes what it has."""
+        raise NotImplementedError
+
+    def on_joints(self, now: float, position: Array, velocity: Array) -> list[Command]:
+        """Handle joint positions [rad] and speeds [rad/s], (J,) each."""
+        return []
+
+    def on_imu(self, now: float, tilt: float, reading: ImuSample) -> list[Command]:
+        """Handle a reading of the IMU and the angle between trunk and vertical [rad]."""
+        return []
+
+    def on_wrenches(self, now: float, left: Array, right: Array) -> list[Command]:
+        """Handle the floor's force and torque on both soles at one time, (6,) each [N, N m]."""
+        return []
+
+    def on_measured(self, now: float, measured: Measured) -> list[Command]:
+        """Handle joints, IMU and wrenches of one time."""
+        return []
+
+    def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
+        """Handle angle [rad] and angular velocity [rad/s] of the door."""
+        return []
+
+    def on_hand(self, now: float, force: float) -> list[Command]:
+        """Handle the magnitude of the force of the surroundings on the right hand [N]."""
+        return []
+
+    def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
+        """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
+        raise NotImplementedError
+
+    def on_failure(self, now: float, error: Exception) -> list[Command]:
+        """Handle an error of the program: end the motion as safely as possible."""
+        raise NotImplementedError
+
+
+class Inputs:
+    """Passes messages about robot and door to the present motion.
+
+    Args:
+        joints: What positions and speeds of the joints can be.
+        watches: Watches for silent topics. Each accepted message is noted in each of them.
+
+    Attributes:
+        motion: The present motion; None outside one. Its first messages are compared with the last
+            ones before it.
+        joints: Stamp [s], positions (J,) [rad] and speeds (J,) [rad/s] of the last joint state;
+            None before the first one.
+        since: Stamp of the first joint state [s]; NaN before it.
+        tilt: Last angle between the trunk and the vertical [rad]; NaN before the first one.
+        door_angle: Last angle of the door [rad]; NaN before the first one.
+        hand_force: Magnitude of the last force on the right hand [N]; NaN before the first one.
+        lag: Time by which the last joint state lagged behind the present [s].
+        recent: The last complete samples, of joints, IMU and wrenches with one stamp.
+        intake: The checks, with the number of dropped messages.
+    """
+
+    def __init__(self, joints: Plausible, *watches: Freshness) -> None:
+        self.motion: Motion | None = None
+        self.intake = Intake({
+            JOINTS: joints, IMU: INERTIAL, DOOR: DOOR_ANGLE,
+            **dict.fromkeys((*WRENCHES.values(), HAND), FORCE)})
+        self._watches = watches
+        self._clear()
+
+    def _clear(self) -> None:
+        self.intake.forget()
+        self.joints: tuple[float, Array, Array] | None = None
+        self.since = self.tilt = self.door_angle = self.hand_force = math.nan
+        self.lag = 0.0
+        self.recent: deque[Measured] = deque(maxlen=RECENT)
+        # Stamp [s] and content of the last message of each topic that belongs to a sample.
+        self._parts: dict[str, tuple[float, Any]] = {}
+
+    def forget(self) -> None:
+        """Forget all messages and give up the motion: the robot's clock went back."""
+        self._clear()
+        for watch in self._watches:
+            watch.forget()
+        if self.motion is not None:
+            self.motion.give_up("the motion was given up: the robot's clock went back")
+
+    def on_joints(self, arrival: Arrival, position: Array, velocity: Array) -> list[Command]:
+        """Handle a joint state.
+
+        Args:
+            arrival: Times of the message.
+            position: Joint positions, (J,) [rad].
+            velocity: Joint speeds, (J,) [rad/s].
+
+        Returns:
+            Commands for the driver.
+        """
+        if not self._accepted(JOINTS, arrival, np.concatenate([position, velocity])):
+            return []
+        if self.joints is None:
+            self.since = arrival.stamp
+        self.joints, self.lag = (arrival.stamp, position, velocity), arrival.lag
+        motion = self.motion
+        commands = motion.on_joints(arrival.stamp, position, velocity) if motion else []
+        return commands + self._together(JOINTS, arrival.stamp, (position, velocity))
+
+    def on_imu(self, arrival: Arrival, tilt: float, reading: ImuSample) -> list[Command]:
+        """Handle a reading of the IMU and the trunk's tilt [rad], as `on_joints`."""
+        values = (tilt, *reading.angular_velocity, *reading.specific_force)
+        if not self._accepted(IMU, arrival, values):
+            return []
+        self.tilt = tilt
+        commands = self.motion.on_imu(arrival.stamp, tilt, reading) if self.motion else []
+        return commands + self._together(IMU, arrival.stamp, reading)
+
+    def on_wrench(self, side: str, arrival: Arrival, wrench: Array) -> list[Command]:
+        """Handle force and torque of the floor on a sole, (6,) [N, N m], as `on_joints`."""
+        if not self._accepted(WRENCHES[side], arrival, wrench):
+            return []
+        together = self._together(WRENCHES[side], arrival.stamp, wrench)
+        feet = [self._parts.get(topic) for topic in WRENCHES.values()]
+        if self.motion is None or not all(foot and foot[0] == arrival.stamp for foot in feet):
+            return together
+        left, right = (self._parts[WRENCHES[side]][1] for side in ("left", "right"))
+        return self.motion.on_wrenches(arrival.stamp, left, right) + together
+
+    def on_door(self, arrival: Arrival, angle: float, velocity: float) -> list[Command]:
+        """Handle an angle [rad] and an angular velocity [rad/s] of the door, as `on_joints`."""
+        if not self._accepted(DOOR, arrival, (angle, velocity)):
+            return []
+        self.door_angle = angle
+        return self.motion.on_door(arrival.stamp, angle, velocity) if self.motion else []
+
+    def on_hand(self, arrival: Arrival, wrench: Array) -> list[Command]:
+        """Handle force and torque on the right hand, (6,) [N, N m], as `on_joints`."""
+        if not self._accepted(HAND, arrival, wrench):
+            return []
+        self.hand_force = float(np.linalg.norm(wrench[:3]))
+        return self.motion.on_hand(arrival.stamp, self.hand_force) if self.motion else []
+
+    def on_silence(self, topic: str, waited: float, limit: float) -> list[Command]:
+        """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
+        if self.motion is None or self.joints is None:
+            return []
+        now = self.joints[0] + (waited if topic == JOINTS else 0.0)
+        return self.motion.on_silence(now, topic, waited, limit)
+
+    def on_failure(self, error: Exception) -> list[Command]:
+        """Handle an error of the program in a motion."""
+        if self.motion is None or self.joints is None:
+            return []
+        return self.motion.on_failure(self.joints[0], error)
+
+    def _together(self, topic: str, stamp: float, content: Any) -> list[Command]:
+        """Pass on the sample of one time when the last of its messages has arrived."""
+        self._parts[topic] = (stamp, content)
+        if len(self._parts) < 2 + len(WRENCHES) or any(
+                each != stamp for each, _ in self._parts.values()):
+            return []
+        (position, velocity), imu, left, right = (
+            self._parts[name][1] for name in (JOINTS, IMU, WRENCHES["left"], WRENCHES["right"]))
+        measured = Measured(position, velocity, imu, left, right, stamp)
+        self.recent.append(measured)
+        return self.motion.on_measured(stamp, measured) if self.motion else []
+
+    def _accepted(self, topic: str, arrival: Arrival, values: ArrayLike) -> bool:
+        motion = self.motion if self.motion is not None and self.motion.running else None
+        if not self.intake.accept(topic, arrival, values, in_motion=motion is not None):
+            return False
+        if motion is not None:
+            motion.lags(arrival.lag)
+        for watch in self._watches:
+            watch.received(topic, arrival.stamp)
+        return True
