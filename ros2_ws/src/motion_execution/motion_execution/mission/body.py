@@ -11,7 +11,7 @@ from hrp2_description.support import polygon_margin, support_polygon
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.tolerances import STILL
-from robot_driver.inputs import Motion
+from robot_driver.motion import Motion
 from robot_driver.names import IMU, JOINTS
 from walking.errors import NotReady
 from walking.footsteps.footstep import Stance
@@ -39,6 +39,7 @@ class Body:
     Attributes:
         model: The robot.
         motion: The present motion; None outside one.
+        idle: What gets the messages outside a motion; None: nobody.
         commanded: Where the last trajectory ends, (J,) [rad]; None before the first.
     """
 
@@ -46,14 +47,14 @@ class Body:
         self.model, self._link = model, link
         self.inputs = link.inputs
         self.motion: Motion | None = None
+        self.idle: Motion | None = None
         self.commanded: Array | None = None
 
     # -- measurements ---------------------------------------------------------------------------
 
-    @property
-    def heard(self) -> bool:
-        """Whether enough messages of the driver and of the odometry have arrived."""
-        return self._link.complete() and self.soles() is not None
+    def heard(self, topics: Sequence[str] = STANDING) -> bool:
+        """Return whether enough messages of topics and of the odometry have arrived."""
+        return self._link.complete(topics) and self.soles() is not None
 
     def soles(self) -> Stance | None:
         """Return the soles by the odometry; None without recent messages."""
@@ -62,32 +63,32 @@ class Body:
             return None
         return soles_at(self.model, base[1], joints[1])
 
-    def standing(self) -> Standing:
-        """Return what is known of a robot that stands.
+    def standing(self, topics: Sequence[str] = STANDING) -> Standing:
+        """Return what is known of a robot that stands, if messages of topics arrive.
 
         Raises:
             NotReady: Messages are missing or old.
         """
-        self.require_messages()
+        self.require_messages(topics)
         base, joints = self._link.base(), self.inputs.joints
         if base is None or joints is None or self.soles() is None:
             raise NotReady("no recent odometry has arrived on /tf (odom -> base_link): does "
                            "zmp_publisher run?", quantity="/tf", value=None)
         return Standing(base[1], self.inputs.tilt, joints[1], joints[2])
 
-    def require_messages(self) -> None:
-        """Check that what is needed of robot and door arrives.
+    def require_messages(self, topics: Sequence[str]) -> None:
+        """Check that messages of topics arrive, and make sense together.
 
         Raises:
             NotReady: Messages are missing or old, or contradict each other.
         """
-        stale = self._link.refusal()
+        stale = self._link.refusal(topics)
         if stale is not None:
             raise NotReady(stale[0], quantity="age [s]", value=stale[1])
 
-    def require_still(self) -> Standing:
-        """Return what is known of a robot at rest; as `standing`, and if a joint turns."""
-        standing = self.standing()
+    def require_still(self, topics: Sequence[str]) -> Standing:
+        """Return what is known of a robot at rest; errors as of `standing`, or a joint turns."""
+        standing = self.standing(topics)
         fastest = float(np.abs(standing.velocity).max())
         if not fastest <= STILL:
             raise NotReady(f"a joint turns at {fastest:.2f} rad/s; a passage begins at rest, with "
@@ -95,15 +96,14 @@ class Body:
                            limit=STILL)
         return standing
 
-    def zmp_margin(self, sides: Sequence[str], since: float = -math.inf) -> float:
-        """Return the distance between the last ZMP and the edge of soles by the odometry [m].
+    def zmp_margin(self, sides: Sequence[str]) -> float:
+        """Return the distance of the last ZMP from the edge of soles, by the odometry [m].
 
         Args:
             sides: Sides of the feet that should bear load.
-            since: Time since which they should [s]; the margin of an older ZMP is NaN.
         """
         zmp, soles = self._link.zmp(), self.soles()
-        if zmp is None or soles is None or zmp[0] < since:
+        if zmp is None or soles is None:
             return math.nan
         corners = (self.model.feet[side].corners((*soles.foot(side)[:2], 0.0),
                                                  soles.foot(side).yaw) for side in sides)
@@ -124,11 +124,21 @@ class Body:
         if command.knots is not None:
             self.commanded = command.knots.position[-1]
 
-    def begin(self, order: Order, motion: Motion, now: float) -> None:
-        """Begin a motion that somebody has asked for; it is the one that gets the messages."""
+    def begin(
+        self, order: Order, motion: Motion, command: Command, topics: Sequence[str] = STANDING
+    ) -> None:
+        """Begin a motion that somebody has asked for; it is the one that gets the messages.
+
+        Args:
+            order: What it is made for.
+            motion: The motion.
+            command: Its first command.
+            topics: Topics without which it cannot go on.
+        """
+        self._link.needs(topics)
         self.inputs.intake.begin()
         self.inputs.motion = self.motion = order.motion = motion
-        self.send(motion.start(now))
+        self.send(command)
         motion.prepare_next()
 
     async def ended(self, order: Order) -> None:
@@ -136,7 +146,8 @@ class Body:
         motion = self.motion
         assert motion is not None
         await until(lambda: not motion.running)
-        self.inputs.motion = self.motion = order.motion = None
+        self.inputs.motion, self.motion, order.motion = self.idle, None, None
+        self._link.needs(STANDING)
         for what, value in self.inputs.intake.noticed().items():
             self._link.say(f"noticed in the motion: {what}: {value}", warning=True)
 

@@ -62,13 +62,13 @@ class Link(Protocol):
         """Begin or end to hear the robot."""
 
     def needs(self, topics: Sequence[str]) -> None:
-        """Set the topics without which the present motion cannot go on."""
+        """Set the topics whose silence the present motion is told of."""
 
-    def complete(self) -> bool:
-        """Return whether enough messages of these topics have arrived to begin a motion."""
+    def complete(self, topics: Sequence[str]) -> bool:
+        """Return whether enough messages of topics have arrived to begin a motion."""
 
-    def refusal(self) -> tuple[str, float] | None:
-        """Return why no motion can begin, as a sentence and a value; None if one can."""
+    def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
+        """Return why no motion with topics can begin, a sentence and a value; None if one can."""
 
     def base(self) -> tuple[float, Pose] | None:
         """Return stamp [s] and pose of base_link in odom by the odometry; None before the first."""
@@ -87,8 +87,7 @@ class Link(Protocol):
         """Send a trajectory to the driver."""
 
     def comply(self, *impedance: float) -> None:
-        """Let the right hand yield with stiffness, damping and mass [N/m, N s/m, kg]; none: stiff.
-        """
+        """Let the right hand yield, [N/m, N s/m, kg]; without numbers it gets stiff."""
 
     def plan_hit(self, request: HitRequest) -> Pending:
         """Begin to plan a hit; the result is a `HitPlan`."""

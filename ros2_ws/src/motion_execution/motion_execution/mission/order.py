@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from robot_driver.inputs import Motion
+from robot_driver.motion import Motion
 from walking.errors import Stopped
 
 

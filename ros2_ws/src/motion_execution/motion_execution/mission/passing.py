@@ -7,6 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from door_impact_common.errors import DoorImpactError
+from robot_driver.motion import Motion, Outcome
 from robot_driver.names import DOOR, HAND
 from walking.errors import (
     HitNotPlanned,
@@ -15,6 +17,7 @@ from walking.errors import (
     NotReached,
     NotReady,
     PassageInfeasible,
+    Stopped,
 )
 from walking.footsteps.footstep import Pose, as_array
 from walking.passing.approach import (
@@ -45,7 +48,9 @@ from motion_execution.walk.goal import WalkGoal
 from motion_execution.walk.passage import Passage
 from motion_execution.walk.reaching import Reaching
 from motion_execution.walk.start import require_near
+from motion_execution.walk.walk import Walk
 
+TOPICS = (*STANDING, DOOR, HAND)
 CAUGHT = ("post", "hold", "retreat")
 """Phases of the hit in which the hand catches the leaf."""
 REST = 0.3  # time at rest with the hand on the leaf before the passage is planned from there [s]
@@ -133,7 +138,7 @@ class Passing:
             await self._ready(wanted, order)
             if self._settings.yields:
                 await self._require_compliance(order)
-            self._tell(order, "plan")
+            order.tell(self.progress(order))
             passed.began, way = self._link.now(), await self._held(wanted, order)
             if way is None:
                 way = await self._open(wanted, order, passed)
@@ -149,7 +154,7 @@ class Passing:
             await self._moved(way, passed.passage, order)
             self._ended(way, passed)
         finally:
-            self._yield_hand(False)
+            self._comply(yields=False)
 
     async def plan(self, wanted: Wanted, order: Order) -> Way:
         """Plan a passage from the leaf that the robot holds, otherwise a way through the door.
@@ -161,16 +166,34 @@ class Passing:
         return (await self._held(wanted, order)
                 or await self._ways.plan(wanted, self._site(), order))
 
-    def after(self, order: Order, now: float) -> None:
-        """Let the hand yield or not, and tell the progress, after an event of a motion."""
-        motion = order.motion
+    def yield_hand(self, motion: Motion, now: float) -> None:
+        """Let the right hand yield, or make it stiff, as a motion wants it at a time [s]."""
         if isinstance(motion, Passage | Reaching):
-            self._yield_hand(motion.yields_at(now))
-            self._tell(order, motion.stage(now))
-        elif isinstance(motion, Execution):
-            self._tell(order, "catch" if motion.phase in CAUGHT else "hit", motion.phase)
-        elif motion is not None:
-            self._tell(order, "approach")
+            self._comply(yields=motion.yields_at(now))
+
+    def progress(self, order: Order) -> PassageProgress:
+        """Return how far an order has come."""
+        body, way, motion, soles = self._body, self._way, order.motion, self._body.soles()
+        now, phase, hit_phase = self._link.now(), "plan", ""
+        margin = clearance = math.nan
+        step = steps = 0
+        if isinstance(motion, Execution):
+            phase, hit_phase = "catch" if motion.phase in CAUGHT else "hit", motion.phase
+            margin = self._hits.margin(motion)
+        elif isinstance(motion, Walk):
+            phase, margin = "approach", body.walk_margin(motion, now)
+        elif isinstance(motion, Passage | Reaching):
+            phase, margin = motion.stage(now), body.walk_margin(motion, now)
+            step, steps = min(motion.steps, motion.steps_made(now) + 1), motion.steps
+            if soles is not None and way is not None:
+                rectangle, hold = self._settings.body, way.hold
+                place = as_array(soles.middle.seen_from(hold.axes))[None]
+                clearance = float(min(
+                    hold.doorway.wall_gaps(rectangle, place)[0], hold.doorway.leaf_gaps(
+                        rectangle, place, np.array([body.inputs.door_angle]))[0]))
+        return PassageProgress(
+            phase, hit_phase, body.inputs.door_angle, body.inputs.hand_force, margin, clearance,
+            step, steps)
 
     # -- the way to the leaf --------------------------------------------------------------------
 
@@ -180,9 +203,8 @@ class Passing:
             if not (value < 0.0 or _NARROWEST <= value <= _WIDEST):
                 raise InvalidGoal(quantity=f"{name} [rad]", value=value,
                                   limit=f"{_NARROWEST:.3f} to {_WIDEST:.3f}, or negative")
-        self._link.needs((*STANDING, DOOR, HAND))
-        await self._body.wait(lambda: self._body.heard, PATIENCE, order)
-        self._body.standing()  # refuses missing messages before anything is planned
+        await self._body.wait(lambda: self._body.heard(TOPICS), PATIENCE, order)
+        self._body.standing(TOPICS)  # refuses missing messages before anything is planned
 
     async def _require_compliance(self, order: Order) -> None:
         await self._body.wait(lambda: self._link.yields, PATIENCE, order)
@@ -217,7 +239,7 @@ class Passing:
         way = await self._ways.plan(wanted, planned, order)
         site = await self._arrive(planned, way.ahead, wanted, order)
         if site != planned:
-            self._tell(order, "plan")
+            order.tell(self.progress(order))
             way = await self._ways.plan(wanted, site, order)
         self._link.say(way.opening.reason)
         self._way = passed.way = way
@@ -233,7 +255,7 @@ class Passing:
             await self._reach(way, way.opening.push, order, passed)
         if wanted.dry_run:
             return way
-        self._tell(order, "plan")
+        order.tell(self.progress(order))
         await self._body.rest(REST, order)
         try:
             plan = await self._ways.passage(self._found(way.hold), wanted, order, way.passage)
@@ -255,7 +277,7 @@ class Passing:
         Raises:
             NotReady: Messages are missing or old, the robot moves, or it does not hold the leaf.
         """
-        standing, soles = self._body.require_still(), self._body.soles()
+        standing, soles = self._body.require_still(TOPICS), self._body.soles()
         inputs = self._body.inputs
         assert soles is not None
         return hold.found(
@@ -310,21 +332,30 @@ class Passing:
         """
         walks = not within(self._middle(), site.axes, NEAR)
         if walks:
-            walk = await self._walks.arrive(WalkGoal(site.axes), order, dry_run=wanted.dry_run)
-            if walk is None:
+            await self._walk_to(site.axes, order, dry_run=wanted.dry_run)
+            if wanted.dry_run:
                 return site
-            try:
-                MotionFailed.check(walk, "the robot has not got to the door: ")
-            except MotionFailed as failed:
-                order.require()
-                raise NotReached(str(failed), reason=failed.reached) from failed
-            self._link.needs((*STANDING, DOOR, HAND))
             await self._body.rest(AFTER_WALK, order)
         told, middle = self._link.door_pose(), self._middle()
         axes, certain = hit_start(told or self._survey, self._survey), told is None and not walks
         if certain and within(middle, axes, SURVEYED):
             return site
         return arrived(axes, middle, self._survey, ahead, certain=certain)
+
+    async def _walk_to(self, place: Pose, order: Order, *, dry_run: bool) -> None:
+        """Walk to a place in odom; errors as of `_arrive`."""
+        goal = WalkGoal(place)
+        try:
+            if dry_run:
+                await self._walks.plan(goal, order)
+            else:
+                MotionFailed.check(await self._walks.go(goal, order))
+        except Stopped:
+            raise
+        except DoorImpactError as error:
+            order.require()
+            raise NotReached(f"the robot has not got to the door: {error}",
+                             reason="fell" if error.value is Outcome.FELL else "") from error
 
     # -- the motion at the leaf -----------------------------------------------------------------
 
@@ -336,9 +367,10 @@ class Passing:
         """
         await self._body.caught_up(order)
         require_near(self._body.model, motion.plan.knots.position[0],
-                     self._body.standing().position)
+                     self._body.standing(TOPICS).position)
         self._link.show(way.hold.in_odom(motion.plan.footsteps))
-        self._body.begin(order, motion, self._link.now() + self._body.inputs.lag)
+        self._body.begin(
+            order, motion, motion.start(self._link.now() + self._body.inputs.lag), TOPICS)
         await self._body.ended(order)
         self._link.show(())
 
@@ -346,7 +378,7 @@ class Passing:
         """Keep where a stopped passage has left the leaf, and say how a passage has ended."""
         passage = passed.passage
         assert passage is not None
-        if math.isnan(passage.release_angle) and passage.leaf_kept:
+        if math.isnan(passage.release_angle) and passage.outcome is Outcome.STOPPED:
             assert self._body.commanded is not None  # by the passage
             self._left = replace(way, hold=replace(
                 way.hold, stance=passage.stance, joints=self._body.commanded))
@@ -358,30 +390,9 @@ class Passing:
             f"the robot has passed the door in {passage.steps_made(now)} steps, clear of it "
             f"{when} by the odometry")
 
-    def _yield_hand(self, yields: bool) -> None:
+    def _comply(self, *, yields: bool) -> None:
         """Let the right hand yield to the leaf, or make it stiff again, where that changes."""
         if yields == self._yields or not self._settings.yields:
             return
         self._yields = yields
         self._link.comply(*(self._settings.impedance if yields else ()))
-
-    def _tell(self, order: Order, phase: str, hit_phase: str = "") -> None:
-        """Tell how far the order has come."""
-        body, way, motion, soles = self._body, self._way, order.motion, self._body.soles()
-        margin = clearance = math.nan
-        step = steps = 0
-        if isinstance(motion, Execution):
-            margin = self._hits.margin(motion)
-        elif motion is not None and not isinstance(motion, Passage | Reaching):
-            margin = self._walks.margin()
-        elif motion is not None and soles is not None and way is not None:
-            now, rectangle, hold = self._link.now(), self._settings.body, way.hold
-            place = as_array(soles.middle.seen_from(hold.axes))[None]
-            step, steps = min(motion.steps, motion.steps_made(now) + 1), motion.steps
-            margin = body.walk_margin(motion, now)
-            clearance = float(min(
-                hold.doorway.wall_gaps(rectangle, place)[0], hold.doorway.leaf_gaps(
-                    rectangle, place, np.array([body.inputs.door_angle]))[0]))
-        order.tell(PassageProgress(
-            phase, hit_phase, body.inputs.door_angle, body.inputs.hand_force, margin, clearance,
-            step, steps))
