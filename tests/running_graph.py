@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped
 from processes import GUARD, Started, find_ros2
 from rclpy.context import Context
@@ -103,16 +102,6 @@ class Graph:
         assert answer.success, answer.message
         self.spin_until(lambda: any(b < a for a, b in pairwise(stamps)), "odometry after a reset")
         self.node.destroy_subscription(heard)
-
-    def late(self, node: str) -> bool:
-        """Whether walker or executor noticed late messages in its last motion.
-
-        Such a motion may end early, with the robot standing: no fault on a machine that is busy.
-        """
-        heard = self.listen(DiagnosticArray, "/diagnostics", lambda got: any(
-            m.status[0].hardware_id == node for m in got))
-        return any(value.key.startswith("largest lag on") for m in heard
-                   if m.status[0].hardware_id == node for value in m.status[0].values)
 
     def result(self, future: Any, what: str = "an answer") -> Any:
         """Result of a future."""
