@@ -48,7 +48,7 @@ class Run:
                 continue
             force = sample.imu.specific_force if sensor == "imu" else np.zeros(3)
             execution.on_joints(sample.time, sample.position, sample.velocity)
-            execution.on_imu(sample.time, 0.0, replace(sample.imu, specific_force=force))
+            execution.on_imu(sample.time, replace(sample.imu, specific_force=force))
             execution.on_wrenches(sample.time, sample.left_wrench, sample.right_wrench)
             if execution.measured.contact_sensor:
                 assert execution.measured.contact_sensor == sensor
@@ -114,10 +114,10 @@ def test_a_contact_that_the_imu_only_pretends_opens_the_door_less_and_the_robot_
     early = 0.05
 
     class Forged(Execution):
-        def on_imu(self, now: float, tilt: float, reading: ImuSample) -> list[Command]:
+        def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
             near = bool(self.starts) and abs(now - self.planned_contact + early) < 0.006
             force = reading.specific_force + near * np.array([0.0, 20.0, 0.0])
-            return super().on_imu(now, tilt, replace(reading, specific_force=force))
+            return super().on_imu(now, replace(reading, specific_force=force))
 
     monkeypatch.setattr(rehearsal, "Execution", Forged)
     run = rehearse(25.0, tmp_path / "run.npz", seed=3)

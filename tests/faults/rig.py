@@ -230,9 +230,8 @@ class Rig:
     def messages(self, sample: TickSample) -> Iterator[Message]:
         """What robot and encoder publish after a tick."""
         now, imu = sample.time, sample.imu
-        tilt = float(evaluation.tilt(np.asarray(imu.orientation)[None])[0])
         yield Message(IMU, now, now, now, (
-            tilt, imu.orientation, imu.angular_velocity, imu.specific_force))
+            imu.orientation, imu.angular_velocity, imu.specific_force))
         yield Message(JOINTS, now, now, now, (sample.position, sample.velocity))
         yield Message(WRENCHES["left"], now, now, now, (sample.left_wrench,))
         yield Message(WRENCHES["right"], now, now, now, (sample.right_wrench,))
@@ -271,9 +270,9 @@ class Rig:
             self.yields = not self.yields
             self.world.comply("right", *(PASSING.impedance if self.yields else ()))
 
-    def on_imu(self, arrival: Arrival, tilt: float, *reading: Array) -> list[Command]:
+    def on_imu(self, arrival: Arrival, *reading: Array) -> list[Command]:
         """Handle a reading of the IMU."""
-        return self.inputs.on_imu(arrival, tilt, ImuSample(*reading))
+        return self.inputs.on_imu(arrival, ImuSample(*reading))
 
     def send(self, now: float, commands: list[Command]) -> None:
         """Put commands on their way to the driver."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from door_impact_common.arrays import Array
@@ -21,6 +22,12 @@ class ImuSample:
     orientation: Array
     angular_velocity: Array
     specific_force: Array
+
+    @property
+    def tilt(self) -> float:
+        """Angle between the z axis of the IMU's frame and the vertical [rad]."""
+        x, y = self.orientation[:2]
+        return 2.0 * math.asin(min(math.hypot(x, y), 1.0))
 
 
 @dataclass(frozen=True)

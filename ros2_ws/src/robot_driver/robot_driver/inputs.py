@@ -48,8 +48,8 @@ class Motion:
         """Handle joint positions [rad] and speeds [rad/s], (J,) each."""
         return []
 
-    def on_imu(self, now: float, tilt: float, reading: ImuSample) -> list[Command]:
-        """Handle a reading of the IMU and the angle between trunk and vertical [rad]."""
+    def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
+        """Handle a reading of the IMU."""
         return []
 
     def on_wrenches(self, now: float, left: Array, right: Array) -> list[Command]:
@@ -143,13 +143,13 @@ class Inputs:
         commands = motion.on_joints(arrival.stamp, position, velocity) if motion else []
         return commands + self._together(JOINTS, arrival.stamp, (position, velocity))
 
-    def on_imu(self, arrival: Arrival, tilt: float, reading: ImuSample) -> list[Command]:
-        """Handle a reading of the IMU and the trunk's tilt [rad], as `on_joints`."""
-        values = (tilt, *reading.angular_velocity, *reading.specific_force)
+    def on_imu(self, arrival: Arrival, reading: ImuSample) -> list[Command]:
+        """Handle a reading of the IMU, as `on_joints`."""
+        values = (reading.tilt, *reading.angular_velocity, *reading.specific_force)
         if not self._accepted(IMU, arrival, values):
             return []
-        self.tilt = tilt
-        commands = self.motion.on_imu(arrival.stamp, tilt, reading) if self.motion else []
+        self.tilt = reading.tilt
+        commands = self.motion.on_imu(arrival.stamp, reading) if self.motion else []
         return commands + self._together(IMU, arrival.stamp, reading)
 
     def on_wrench(self, side: str, arrival: Arrival, wrench: Array) -> list[Command]:

@@ -119,12 +119,6 @@ def imu_sample(message: Any) -> ImuSample | None:
     return ImuSample(orientation / length, velocity, force)
 
 
-def tilt_of(reading: ImuSample) -> float:
-    """Return the angle between the z axis of an IMU in the trunk and the vertical [rad]."""
-    x, y = reading.orientation[:2]
-    return math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * float(x * x + y * y))))
-
-
 def wrench_row(wrench: Any) -> Array:
     """Convert a Wrench to a row of force and torque, (6,) [N, N m]."""
     force, torque = wrench.force, wrench.torque

@@ -32,7 +32,6 @@ from robot_driver.messages import (
     imu_sample,
     joint_arrays,
     lacking,
-    tilt_of,
     wrench_row,
 )
 from robot_driver.names import (
@@ -204,7 +203,7 @@ class RobotTopics:
         reading = imu_sample(message)
         if reading is None:
             return self._ignore(IMU, "it must have an orientation and an angular velocity")
-        return self.inputs.on_imu(arrival, tilt_of(reading), reading)
+        return self.inputs.on_imu(arrival, reading)
 
     def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> Sequence[Command]:
         return self.inputs.on_wrench(side, arrival, wrench_row(message.wrench))

@@ -3,7 +3,9 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from humanoid_motion.samples import ImuSample
 from rclpy.qos import ReliabilityPolicy
 from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival
@@ -89,6 +91,14 @@ def imu(**changes: tuple[str, float]) -> Imu:
 def test_an_imu_without_an_orientation_or_a_number_gives_no_reading(message: Imu) -> None:
     """A message as constructed is no robot that stands upright."""
     assert imu_sample(message) is None
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.0])
+@pytest.mark.parametrize("tilt", [0.0, 0.6, 3.1])
+def test_the_tilt_of_an_imu_is_its_angle_to_the_vertical_in_any_heading(
+        tilt: float, heading: float) -> None:
+    turn = pin.Quaternion(pin.rpy.rpyToMatrix(tilt, 0.0, heading)).coeffs()
+    assert ImuSample(turn, STILL, STILL).tilt == pytest.approx(tilt)
 
 
 def test_an_imu_without_an_accelerometer_has_a_specific_force_of_zeros() -> None:

@@ -32,7 +32,7 @@ from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from robot_driver.inputs import RECENT
 from robot_driver.intake import Arrival, Intake
-from robot_driver.messages import imu_sample, tilt_of, wrench_row
+from robot_driver.messages import imu_sample, wrench_row
 from robot_driver.names import IMU, JOINTS, WRENCHES
 from robot_driver.ranges import FORCE, INERTIAL, joint_ranges
 from robot_driver.sensor_doubts import doubts
@@ -191,7 +191,7 @@ class ZmpPublisher(GuardedNode):
                 throttle_duration_sec=5.0,
             )
             return
-        values = (tilt_of(reading), *reading.angular_velocity, *reading.specific_force)
+        values = (reading.tilt, *reading.angular_velocity, *reading.specific_force)
         if self._accepted(IMU, message, values):
             stamp = nanoseconds(message.header.stamp)
             self._process_all(self._matcher.add_reading(stamp, reading))

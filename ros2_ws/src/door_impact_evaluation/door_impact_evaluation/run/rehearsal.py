@@ -209,7 +209,7 @@ def execute(
             execution.stop()
             stop_before = None
         for command in (
-                *execution.on_imu(sample.time, 0.0, sample.imu),
+                *execution.on_imu(sample.time, sample.imu),
                 *execution.on_joints(sample.time, sample.position, sample.velocity),
                 *execution.on_wrenches(sample.time, sample.left_wrench, sample.right_wrench)):
             send(command)

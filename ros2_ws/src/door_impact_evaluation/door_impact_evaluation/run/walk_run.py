@@ -206,7 +206,7 @@ def push_standing(
     """
     def state() -> WalkState:
         return start_state(robot, Standing(
-            base_of(world), _tilt(sample), sample.position, sample.velocity), WalkSettings())
+            base_of(world), sample.imu.tilt, sample.position, sample.velocity), WalkSettings())
 
     guard, stepped, begin, waits = Guard(robot, lambda: step_change, state), False, world.time, True
     while world.time < begin + STANDING + _STEPS and not world.fell:
@@ -230,16 +230,12 @@ def base_of(world: World) -> Pose:
 def _events(motion: Motion, sample: TickSample, *, complete: bool = True) -> list[Command]:
     """Tell a motion what a robot would send at one time; `complete` also as a whole."""
     commands = [*motion.on_joints(sample.time, sample.position, sample.velocity),
-                *motion.on_imu(sample.time, _tilt(sample), sample.imu)]
+                *motion.on_imu(sample.time, sample.imu)]
     if complete:
         commands += motion.on_measured(sample.time, Measured(
             sample.position, sample.velocity, sample.imu, sample.left_wrench,
             sample.right_wrench))
     return commands
-
-
-def _tilt(sample: TickSample) -> float:
-    return float(evaluation.tilt(np.asarray(sample.imu.orientation)[None])[0])
 
 
 def _judged(

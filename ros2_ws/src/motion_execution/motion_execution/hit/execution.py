@@ -206,10 +206,10 @@ class Execution(Motion):
             return []
         return self._enter(self._state.on_door(now, angle, velocity))
 
-    def on_imu(self, now: float, tilt: float, reading: ImuSample) -> list[Command]:
-        """Handle a reading of the IMU and the angle between trunk and vertical [rad]."""
+    def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
+        """Handle a reading of the IMU."""
         self._run.on_gyro(now, reading.angular_velocity, self._state.phase)
-        commands = self._enter(self._state.on_tilt(tilt))
+        commands = self._enter(self._state.on_tilt(reading.tilt))
         if reading.specific_force.any():
             commands += self._enter(self._state.on_specific_force(now, reading.specific_force))
         return commands

@@ -84,11 +84,11 @@ class Guard(Motion):
             return []
         return self._after(self._walk.on_joints(now, position, velocity))
 
-    def on_imu(self, now: float, tilt: float, reading: ImuSample) -> list[Command]:
-        """Handle the tilt of the trunk [rad] while the robot steps."""
+    def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
+        """Handle a reading of the IMU while the robot steps."""
         if self._walk is None or not self.steps:
             return []
-        return self._after(self._walk.on_imu(now, tilt, reading))
+        return self._after(self._walk.on_imu(now, reading))
 
     def on_measured(self, now: float, measured: Measured) -> list[Command]:
         """Step if a push has moved the capture point too far."""

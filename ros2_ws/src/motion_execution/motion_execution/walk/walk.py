@@ -300,9 +300,9 @@ class Walk(Motion):
         self._pending = self._next_rest = self._before = self._last = None
         return [Command(self._origin, self._knots)]
 
-    def on_imu(self, now: float, tilt: float, reading: ImuSample) -> list[Command]:
-        """Handle the tilt of the trunk [rad]: stop the driver when the robot falls."""
-        self._tilt = tilt
+    def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
+        """Handle a reading of the IMU: stop the driver when the robot falls."""
+        self._tilt = tilt = reading.tilt
         limit = self._settings.fall_tilt
         if self.outcome is not Outcome.RUNNING or tilt <= limit:
             return []

@@ -23,9 +23,10 @@ OMEGA, BRAKE = 0.58, 0.387  # of the door after the hit [rad/s, rad/s^2]: 24.9 d
 STILL, WRENCH = np.zeros(3), np.zeros(6)
 
 
-def reading(force=0.0):
-    """A reading of an upright trunk, with a specific force besides gravity [m/s^2]."""
-    return ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 0.0, 9.8]) + force)
+def reading(force=0.0, tilt=0.0):
+    """A reading with a specific force besides gravity [m/s^2], and an angle to the vertical."""
+    turn = np.array([np.sin(0.5 * tilt), 0.0, 0.0, np.cos(0.5 * tilt)])
+    return ImuSample(turn, np.zeros(3), np.array([0.0, 0.0, 9.8]) + force)
 
 
 class Hit:
@@ -47,7 +48,7 @@ class Hit:
     def joints(self, now, off=0.0):
         """A gyro and a joint state of the same tick."""
         position, velocity, _ = self.sent.knots.at(now - self.sent.stamp)
-        self.execution.on_imu(now, 0.0, reading())
+        self.execution.on_imu(now, reading())
         return self.took(now, self.execution.on_joints(
             now, position[0] + off, velocity[0]))
 
@@ -167,9 +168,9 @@ def test_a_contact_that_the_imu_shows_began_before_the_first_reading_that_rises(
     run.joints(begin - 0.06)
     first = begin + part * 0.005
     for stamp in first - 0.005 * np.arange(8, 0, -1):
-        assert run.execution.on_imu(stamp, 0.0, reading()) == []
-    assert run.execution.on_imu(first, 0.0, reading(20.0 * part * away)) == []
-    (command,) = run.execution.on_imu(first + 0.005, 0.0, reading(20.0 * away))
+        assert run.execution.on_imu(stamp, reading()) == []
+    assert run.execution.on_imu(first, reading(20.0 * part * away)) == []
+    (command,) = run.execution.on_imu(first + 0.005, reading(20.0 * away))
     assert run.execution.measured.contact_sensor == "imu"
     assert run.execution.measured.contact_delay == pytest.approx(late, abs=1e-9)
     assert command.stamp == pytest.approx(
@@ -223,7 +224,7 @@ def test_the_speed_after_the_contact_is_the_mean_while_b_neither_trembles_nor_sl
     for number, since in enumerate(np.arange(0.002, end + 0.1, 0.005)):
         wanted = 0.06 + 0.3 * np.cos(300.0 * since) * (since < begin) - 0.2 * (since > end)
         wanted += 0.04 * (-1) ** number  # uneven
-        run.execution.on_imu(run.contact + since, 0.0, reading())
+        run.execution.on_imu(run.contact + since, reading())
         run.execution.on_joints(
             run.contact + since, position[0], wanted / speed * velocity[0])
         assert np.isnan(run.execution.measured.v_rb_post) == (since < begin)
@@ -410,11 +411,11 @@ def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_dri
 
 
 def test_a_falling_robot_is_stopped_and_no_further_event_is_answered(run):
-    assert run.execution.on_imu(11.0, 0.1, reading()) == []
-    assert run.execution.on_imu(11.1, 0.6, reading())[0].knots is None  # the driver's stop
+    assert run.execution.on_imu(11.0, reading(tilt=0.1)) == []
+    assert run.execution.on_imu(11.1, reading(tilt=0.6))[0].knots is None  # the driver's stop
     assert run.execution.outcome is Outcome.FELL
     assert "34.4 deg, at most 30.0 deg" in run.execution.reason
-    assert run.execution.on_imu(11.2, 0.7, reading()) == []
+    assert run.execution.on_imu(11.2, reading(tilt=0.7)) == []
     assert run.feet(run.contact) == []
     assert run.door(run.contact + 0.1, 0.1, 1.0) == []
     assert run.execution.on_silence(run.contact + 1.0, "/imu", 0.9, 0.5) == []

@@ -20,6 +20,7 @@ from robot_driver.ranges import joint_ranges
 
 TICK = 0.005  # period of the driver [s]
 UPRIGHT = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 0.0, 9.8]))
+UPSIDE_DOWN = replace(UPRIGHT, orientation=np.array([1.0, 0.0, 0.0, 0.0]))
 
 
 def pushed(force):
@@ -55,7 +56,7 @@ class Rig:
         """Good messages of one tick."""
         self.now += TICK
         at = self.at(self.now)
-        return [*self.inputs.on_imu(at, 0.0, UPRIGHT),
+        return [*self.inputs.on_imu(at, UPRIGHT),
                 *self.inputs.on_joints(at, self.pose(), np.zeros(30)),
                 *self.inputs.on_door(at, 0.0, 0.0)]
 
@@ -75,7 +76,7 @@ BAD = {
     "joints that jump": lambda rig: rig.inputs.on_joints(
         rig.at(rig.now + TICK), rig.pose() + 0.5, np.zeros(30)),
     "an IMU upside down": lambda rig: rig.inputs.on_imu(
-        rig.at(rig.now + TICK), np.pi, UPRIGHT),
+        rig.at(rig.now + TICK), UPSIDE_DOWN),
     "a door that races": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), 0.0, 50.0),
 }
 
@@ -99,21 +100,20 @@ def test_bad_messages_in_a_row_leave_the_topic_silent(rig) -> None:
             rig.now += TICK
             rig.inputs.on_joints(rig.at(rig.now), rig.pose(), np.zeros(30))
             rig.inputs.on_door(rig.at(rig.now), 0.0, 0.0)
-            rig.inputs.on_imu(rig.at(rig.now), np.pi, UPRIGHT)
+            rig.inputs.on_imu(rig.at(rig.now), UPSIDE_DOWN)
         silent = silent or rig.watch.tick()
     assert silent[0] == IMU
 
 
-@given(stamp=st.floats(), tilt=st.floats(), rate=st.floats(), force=st.floats(), angle=st.floats(),
+@given(stamp=st.floats(), turn=st.floats(), rate=st.floats(), force=st.floats(), angle=st.floats(),
        speed=st.floats())
 def test_no_single_message_moves_the_robot_before_the_contact(
-        robot, good, stamp, tilt, rate, force, angle, speed) -> None:
+        robot, good, stamp, turn, rate, force, angle, speed) -> None:
     """Whatever its numbers are; only a door that moves from where it stood counts as a contact."""
     rig = Rig(robot, good)
     at = Arrival(stamp, rig.now, 0.0)
-    reading = replace(
-        UPRIGHT, angular_velocity=np.full(3, rate), specific_force=np.full(3, force))
-    assert rig.inputs.on_imu(at, tilt, reading) == []
+    reading = ImuSample(np.full(4, turn), np.full(3, rate), np.full(3, force))
+    assert rig.inputs.on_imu(at, reading) == []
     assert rig.inputs.on_joints(at, np.full(30, angle), np.full(30, speed)) == []
     for side in ("left", "right"):
         assert rig.inputs.on_wrench(side, at, np.full(6, speed)) == []
@@ -131,7 +131,7 @@ def test_an_accelerometer_that_lies_far_from_the_planned_contact_is_no_contact(
         lies = not near or abs(rig.now + TICK - contact) < 0.5 * TICK
         rig.now += TICK
         at = rig.at(rig.now)
-        assert rig.inputs.on_imu(at, 0.0, pushed(lies * odd * away)) == []
+        assert rig.inputs.on_imu(at, pushed(lies * odd * away)) == []
         assert rig.inputs.on_joints(at, rig.pose(), np.zeros(30)) == []
     assert rig.execution.phase == "cam"
     assert rig.execution.measured.contact_sensor == ""
@@ -145,7 +145,7 @@ def test_without_an_accelerometer_the_feet_show_the_contact(robot, good, acceler
         rig.now += TICK
         at, touching = rig.at(rig.now), rig.now > contact
         commands += rig.inputs.on_imu(
-            at, 0.0, pushed(touching * 20.0 * away) if accelerometer else
+            at, pushed(touching * 20.0 * away) if accelerometer else
             replace(UPRIGHT, specific_force=np.zeros(3)))
         commands += rig.inputs.on_joints(at, rig.pose(), np.zeros(30))
         force = away_from_door(60.0 * (rig.now > contact + 0.01))

@@ -46,7 +46,7 @@ class Robot:
         felt = 60.0 * (self.felt and self.locked and ahead > 0.0)
         feet = np.array([0.0, -felt, 500.0, 0.0, 0.0, 0.0])
         for commands in (
-                execution.on_imu(self.now, 0.0, ImuSample(
+                execution.on_imu(self.now, ImuSample(
                     UPRIGHT, np.zeros(3), np.array([0.0, force, 9.81]))),
                 execution.on_joints(self.now, position, np.zeros(len(position))),
                 execution.on_wrenches(self.now, feet, np.zeros(6)),
@@ -102,7 +102,7 @@ def test_a_jolt_where_the_leaf_was_not_found_is_no_contact(robot, good):
     driver.until(lambda: driver.now > driver.execution.planned_contact - 0.03)
     for force in (20.0, 30.0):
         driver.now += 0.005
-        driver.execution.on_imu(driver.now, 0.0, ImuSample(
+        driver.execution.on_imu(driver.now, ImuSample(
             UPRIGHT, np.zeros(3), np.array([0.0, force, 9.81])))
     assert driver.execution.phase == "cam"
 

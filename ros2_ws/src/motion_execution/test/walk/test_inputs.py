@@ -1,6 +1,7 @@
 """A walk's measurements: lies are dropped, silence makes no further step, ticks are whole."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -46,7 +47,7 @@ class Rig:
         at = Arrival(self.now, self.now, 0.0)
         count = len(self.position())
         return [lambda: self.inputs.on_joints(at, self.position(), np.zeros(count)),
-                lambda: self.inputs.on_imu(at, 0.0, UPRIGHT),
+                lambda: self.inputs.on_imu(at, UPRIGHT),
                 *(lambda side=side: self.inputs.on_wrench(side, at, STANDING) for side in WRENCHES)]
 
     def tick(self, order=range(4)):
@@ -77,7 +78,7 @@ def test_a_message_that_makes_no_sense_is_dropped_and_counted(robot, ahead, lie)
     position = rig.position()
     position[3] = lie
     assert rig.inputs.on_joints(at, position, np.zeros(len(position))) == []
-    assert rig.inputs.on_imu(at, lie, UPRIGHT) == []
+    assert rig.inputs.on_imu(at, replace(UPRIGHT, orientation=np.full(4, lie))) == []
     assert rig.walk.outcome is Outcome.RUNNING
     assert sum(rig.inputs.intake.dropped.values()) == 2
     assert np.isfinite(rig.inputs.joints[1]).all()

@@ -51,7 +51,7 @@ class Rig:
         leaf = float(self.passage.passage.push.at(np.array([max(time, 0.0)]))[0])
         force = np.array([0.0, self.force(time), 0.0, 0.0, 0.0, 0.0])
         self.sent += self.inputs.on_joints(arrival, posture, np.zeros_like(posture))
-        self.sent += self.inputs.on_imu(arrival, 0.0, UPRIGHT)
+        self.sent += self.inputs.on_imu(arrival, UPRIGHT)
         self.sent += self.inputs.on_door(arrival, leaf + self.off(time), 0.0)
         if not np.isnan(force).any():
             self.sent += self.inputs.on_hand(arrival, force)

@@ -1,7 +1,7 @@
 """The execution of a walk beside the simulation's own driver, whose joints follow at once."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -23,6 +23,12 @@ BEGIN = 1.0  # time of the driver's clock at which a walk is sent [s]
 WITHIN = 2.0  # time after which a robot that gets no further message is at rest on two feet [s]
 BEFORE = 2.8  # the same before the first step, while it stands on two feet all the time [s]
 STILL = 0.01  # speed below which a joint counts as at rest [rad/s]
+
+
+def leaning(degrees):
+    """A reading of a trunk with an angle to the vertical [deg]."""
+    half = math.radians(0.5 * degrees)
+    return replace(UPRIGHT, orientation=np.array([math.sin(half), 0.0, 0.0, math.cos(half)]))
 
 
 @dataclass
@@ -255,18 +261,18 @@ def test_a_driver_is_not_blamed_for_the_joints_of_a_robot_that_falls(rig):
     rig.run(BEGIN + 2.0)
     position = rig.driver.sample(rig.now).position.copy()
     position[rig.robot.joint_names.index("LLEG_JOINT3")] += 0.35
-    rig.send(rig.walk.on_imu(rig.now, math.radians(6.0), UPRIGHT))
+    rig.send(rig.walk.on_imu(rig.now, leaning(6.0)))
     rig.send(rig.walk.on_joints(rig.now, position, 0.0 * position))
     assert rig.walk.outcome is Outcome.RUNNING
-    rig.send(rig.walk.on_imu(rig.now, math.radians(1.0), UPRIGHT))
+    rig.send(rig.walk.on_imu(rig.now, leaning(1.0)))
     rig.send(rig.walk.on_joints(rig.now, position, 0.0 * position))
     assert rig.walk.outcome is Outcome.NOT_FOLLOWED
 
 
 def test_a_fall_stops_the_driver_and_says_the_tilt(rig):
     rig.run(BEGIN + 2.0)
-    assert rig.walk.on_imu(rig.now, math.radians(29.0), UPRIGHT) == []
-    rig.send(rig.walk.on_imu(rig.now, math.radians(31.0), UPRIGHT))
+    assert rig.walk.on_imu(rig.now, leaning(29.0)) == []
+    rig.send(rig.walk.on_imu(rig.now, leaning(31.0)))
     assert rig.walk.outcome is Outcome.FELL
     assert "31.0 deg" in rig.walk.reason
     assert rig.stops == 1
