@@ -23,6 +23,7 @@ class Freshness:
 
     Attributes:
         limit: Largest allowed age of a message, and longest allowed time without one [s].
+        needed: Those of the topics whose silence `tick` finds; at first all.
 
     Raises:
         SettingError: The limit is shorter than a tick or not finite.
@@ -36,6 +37,7 @@ class Freshness:
                 "stale_after, the largest age of messages [s],", limit, f"at least {tick:g} s")
         self.limit = limit
         self._topics, self._optional = tuple(topics), tuple(optional)
+        self.needed: Sequence[str] = self._topics
         self._tick = tick
         self._stamps: dict[str, float] = {}
         self._ticks = dict.fromkeys(self._topics, 0)
@@ -51,27 +53,26 @@ class Freshness:
         self._stamps.clear()
         self._ticks = dict.fromkeys(self._topics, 0)
 
-    @property
-    def complete(self) -> bool:
-        """Whether a message has arrived on every topic that is not optional."""
-        return all(topic in self._stamps for topic in self._topics if topic not in self._optional)
+    def complete(self, topics: Sequence[str]) -> bool:
+        """Return whether a message has arrived on each of some topics that is not optional."""
+        return all(topic in self._stamps for topic in topics if topic not in self._optional)
 
-    @property
-    def _watched(self) -> list[str]:
-        return [topic for topic in self._topics
+    def _watched(self, topics: Sequence[str]) -> list[str]:
+        return [topic for topic in topics
                 if topic in self._stamps or topic not in self._optional]
 
-    def refusal(self, now: float) -> tuple[str, str, float] | None:
+    def refusal(self, now: float, topics: Sequence[str]) -> tuple[str, str, float] | None:
         """Find a topic whose last message is missing or too old for a motion to begin.
 
         Args:
             now: Time of the clock that the stamps refer to [s].
+            topics: Topics that the motion needs.
 
         Returns:
             The topic, a sentence that names it, the age and the limit, and the age [s], which is
             infinite if no message has arrived; None if all messages are recent.
         """
-        for topic in self._watched:
+        for topic in self._watched(topics):
             if topic not in self._stamps:
                 return topic, f"no usable message has arrived on {topic} yet", float("inf")
             age = now - self._stamps[topic]
@@ -90,7 +91,7 @@ class Freshness:
         Returns:
             The topic and the time since its last message [s]; None if messages arrive on all.
         """
-        for topic in self._watched:
+        for topic in self._watched(self.needed):
             self._ticks[topic] += 1
             waited = self._ticks[topic] * self._tick
             if waited > self.limit:

@@ -93,7 +93,7 @@ class RobotTopics:
         self._names = list(joint_names)
         self._ignored: dict[str, str] = {}  # why the last message of a topic could not be used
         watched = [JOINTS, IMU, *([DOOR] if door else []), *([HAND] if hand else [])]
-        self.freshness, silence = (
+        self.freshness, silence = self._watches = tuple(
             Freshness(watched, parameters.number(name), WATCH_PERIOD, optional=[HAND])
             for name in ("stale_after", "silent_after"))
         self.inputs = Inputs(joints, self.freshness, silence)
@@ -140,17 +140,24 @@ class RobotTopics:
         """Present time of the robot's clock [s]: a simulation's /clock is rarer than messages."""
         return present(self._clock(), self._newest)
 
-    @property
-    def complete(self) -> bool:
-        """Whether messages have arrived on every watched topic, for `ENOUGH` on joint states."""
+    def needs(self, topics: Sequence[str]) -> None:
+        """Set the topics whose silence ends the present motion."""
+        for watch in self._watches:
+            watch.needed = topics
+
+    def complete(self, topics: Sequence[str]) -> bool:
+        """Return whether messages have arrived on topics, for `ENOUGH` on joint states."""
         joints = self.inputs.joints
-        return (self.freshness.complete and joints is not None
+        return (self.freshness.complete(topics) and joints is not None
                 and joints[0] - self.inputs.since >= ENOUGH)
 
-    def refusal(self) -> tuple[str, float] | None:
+    def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
         """Find why no motion can begin: missing or old messages, or sensors that contradict.
 
         What is only doubtful is logged.
+
+        Args:
+            topics: Topics that the motion needs.
 
         Returns:
             A sentence with topic, value and limit, and the value; None if a motion can begin.
@@ -159,7 +166,7 @@ class RobotTopics:
         for topic, names in self.crowded().items():
             log.warning(f"more than one node publishes on {topic}: {', '.join(names)}; one of them "
                         "may be foreign")
-        stale = self.freshness.refusal(self.now())
+        stale = self.freshness.refusal(self.now(), topics)
         if stale is not None:
             topic, text, value = stale
             return text + self._cause(topic), value

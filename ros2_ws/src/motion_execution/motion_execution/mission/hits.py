@@ -20,7 +20,7 @@ from motion_execution.mission.link import Link
 from motion_execution.mission.order import Order
 
 TOPICS = (*STANDING, DOOR)
-_PROBES = ("auto", "on", "off")
+PROBES = ("auto", "on", "off")
 
 
 @dataclass(frozen=True)
@@ -66,9 +66,6 @@ class Hits:
             Stopped: The order was taken back.
         """
         require_speed_scale(speed_scale)
-        if probe not in _PROBES:
-            raise GoalRefused("invalid_goal", f"probe is {probe}, must be auto (0), on (1) or off "
-                              "(2)", quantity="probe", value=probe, limit=_PROBES)
         probes = probe == "on" or (probe == "auto" and not plan.missed_margin >= STANDS)
         body = self._body
         await body.wait(lambda: self._link.complete(TOPICS), PATIENCE, order)

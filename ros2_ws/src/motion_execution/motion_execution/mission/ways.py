@@ -100,6 +100,7 @@ class Ways:
         survey: The door as it is to be seen from where a hit begins.
 
     Attributes:
+        survey: The door as it is to be seen from where a hit begins.
         door: What is known of the door; None: nothing.
         last_hit: The last hit that was planned by anyone; None before.
     """
@@ -107,7 +108,7 @@ class Ways:
     def __init__(
         self, robot: RobotModel, link: Link, settings: PassageSettings, survey: Pose
     ) -> None:
-        self._link, self._settings, self._hinge = link, settings, np.array(survey[:2])
+        self._link, self._settings, self.survey = link, settings, survey
         self._width = needed(robot.config.footsteps, "footsteps").width
         self._site: tuple[str, Site] = "", AS_SURVEYED  # of the plan of a hit with this plan_id
         self.door: KnownDoor | None = None
@@ -157,7 +158,7 @@ class Ways:
         if known is None or known.frame is None:
             return Opening(HIT, "hit: nothing is known of the door's frame")
         return await self._found(self._link.compute(
-            choose_opening, known.door, Doorway(self._hinge, *known.frame),
+            choose_opening, known.door, Doorway(np.array(self.survey[:2]), *known.frame),
             Stance.around(site.soles, self._width), wanted.opening, self._with_angles(wanted)),
             order)
 

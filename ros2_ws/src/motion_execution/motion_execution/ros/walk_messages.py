@@ -13,15 +13,16 @@ from door_impact_common.stamps import seconds
 from door_impact_msgs.action import Walk as WalkAction
 from door_impact_msgs.msg import Footstep as FootstepMessage
 from door_impact_msgs.msg import Footsteps
+from door_model.door.geometry import before
 from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from geometry_msgs.msg import Pose as PoseMessage
-from hrp2_description.robot import RobotConfig
+from hrp2_description.robot import SIDES, RobotConfig
 from visualization_msgs.msg import Marker, MarkerArray
 from walking.errors import InvalidFootsteps
-from walking.footsteps.footstep import Footstep, Pose
+from walking.footsteps.footstep import Footstep, Pose, other
 
 from motion_execution.walk.goal import WalkGoal
-from motion_execution.walk.walk import Outcome
+from robot_driver.motion import Outcome
 
 ODOM = "odom"
 Result = WalkAction.Result
@@ -38,6 +39,8 @@ _REASONS = {
     "invalid_footsteps": Result.INVALID_GOAL,
     "setting": Result.INVALID_GOAL,
     "not_ready": Result.NOT_READY,
+    "replaced": Result.REPLACED,
+    "stopped": Result.STOPPED,
 }
 
 
@@ -46,8 +49,8 @@ def error_code(error: DoorImpactError) -> int:
     return int(_REASONS.get(error.reason, Result.INFEASIBLE))
 
 
-def goal_from(message: Any) -> WalkGoal:
-    """Read a goal of the action.
+def goal_from(message: Any, hinge: str) -> WalkGoal:
+    """Read a goal of the action; before a door hinged at the left its mirror image.
 
     Raises:
         InvalidFootsteps: A number is not finite, a pose is not on the floor or in another frame, or
@@ -66,6 +69,10 @@ def goal_from(message: Any) -> WalkGoal:
         where = f"footstep {number}"
         steps.append(Footstep(step.side, *floor_pose(step.pose, where), step.duration))
     pose = Pose(0.0, 0.0, 0.0) if steps else floor_pose(message.goal.pose, "the goal")
+    if hinge == "left":
+        pose = Pose(*before(hinge, pose))
+        steps = [Footstep(other(step.side), *before(hinge, step.pose), step.duration)
+                 if step.side in SIDES else step for step in steps]
     return WalkGoal(pose, tuple(steps), message.keep_heading, message.step_duration)
 
 
@@ -138,10 +145,15 @@ def footstep_markers(
     return array
 
 
-def base_pose(message: Any, child: str) -> tuple[float, Pose] | None:
-    """Read stamp [s] and pose of a link in odom from a TFMessage, as seen from above, if any."""
+def base_pose(message: Any, prefix: str = "") -> tuple[float, Pose] | None:
+    """Read stamp [s] and pose of base_link in odom from a TFMessage, as seen from above, if any.
+
+    Args:
+        message: The message.
+        prefix: What precedes the names of both frames.
+    """
     for each in message.transforms:
-        if each.child_frame_id == child and each.header.frame_id == ODOM:
+        if (each.child_frame_id, each.header.frame_id) == (f"{prefix}base_link", prefix + ODOM):
             place, q = each.transform.translation, each.transform.rotation
             yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y**2 + q.z**2))
             pose = Pose(place.x, place.y, yaw)

@@ -1,19 +1,24 @@
-"""Conversions between the executor's messages and its library."""
+"""Conversions between the messages of hits and the library."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
+from door_impact_common.errors import DoorImpactError
 from door_impact_msgs.action import ExecuteDoorImpact
 from door_impact_msgs.msg import HitReport, ImpactPlan
 from impact_planner.errors import GoalRefused, InvalidRequest
-from impact_planner.motion.missed import STANDS
 from impact_planner.ros.messages import knots_from_message
+from robot_driver.motion import Outcome
 
-from motion_execution.hit.types import ExecutablePlan, Measured, Outcome
+from motion_execution.hit.execution import Execution
+from motion_execution.hit.types import Measured
+from motion_execution.mission.hit_plan import HitPlan
+from motion_execution.mission.hits import PROBES
 
 Result = ExecuteDoorImpact.Result
 
@@ -31,8 +36,8 @@ _REPORTED = ("contact_delay", "switch_latency", "v_rb", "v_rb_post", "omega_door
              "peak_time")
 
 
-def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
-    """Convert a plan's message to the plan of an execution.
+def hit_plan_of(plan: ImpactPlan, names: Sequence[str]) -> HitPlan:
+    """Convert a plan's message to what its execution needs.
 
     Args:
         plan: The message, with its trajectories.
@@ -41,14 +46,16 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
     Raises:
         GoalRefused: A phase is missing, or a number of the plan makes no sense.
     """
-    foot = plan.left_foot.position
-    if not (math.isfinite(foot.x) and math.isfinite(foot.y)):
-        raise GoalRefused("no_plan", f"the plan's left foot is at ({foot.x:g}, {foot.y:g}) m",
-                          quantity="left_foot [m]", value=(foot.x, foot.y))
+    places = [np.array((each.x, each.y)) for each in (
+        plan.left_foot.position, plan.right_foot.position, plan.contact_point)]
+    if not np.isfinite(places).all():
+        raise GoalRefused("no_plan", f"soles or B of the plan are at {places}, must be finite",
+                          quantity="left_foot, right_foot, contact_point [m]", value=places)
     try:
         phases = {phase.name: knots_from_message(phase.trajectory, names)
                   for phase in (*plan.phases, *plan.branches)}
-        return ExecutablePlan.of(plan, phases)
+        margins = {each.phase: each.margin for each in plan.zmp_margins}
+        return HitPlan.of(plan, phases, margins, *places)
     except InvalidRequest as error:
         raise GoalRefused("no_plan", str(error), quantity=error.quantity,
                           value=error.value) from error
@@ -56,29 +63,32 @@ def executable(plan: ImpactPlan, names: Sequence[str]) -> ExecutablePlan:
         raise GoalRefused("no_plan", f"the plan cannot be executed: {error}") from error
 
 
-def probes(goal: Any, plan: ImpactPlan) -> bool:
-    """Whether the leaf is to be touched before the run-up of a goal's plan.
+def probe_of(number: int) -> str:
+    """Return the word for a goal's `probe`.
 
     Raises:
-        GoalRefused: The goal's `probe` is none of the action's constants.
+        GoalRefused: It is none of the action's constants.
     """
-    known = (goal.AUTO, goal.ON, goal.OFF)
-    if goal.probe not in known:
-        raise GoalRefused("invalid_goal", f"probe is {goal.probe}, must be {known[0]} (AUTO), "
-                          f"{known[1]} (ON) or {known[2]} (OFF)", quantity="probe",
-                          value=goal.probe, limit=known)
-    return goal.probe == goal.ON or (goal.probe == goal.AUTO and not plan.missed_margin >= STANDS)
+    if not 0 <= number < len(PROBES):
+        raise GoalRefused("invalid_goal", f"probe is {number}, must be 0 (AUTO), 1 (ON) or 2 (OFF)",
+                          quantity="probe", value=number, limit=(0, 2))
+    return PROBES[number]
 
 
-def result_message(outcome: Outcome, reason: str, measured: Measured) -> Any:
-    """Make the action's result from the outcome, its reason (may be empty) and measurements."""
-    code, default = _ENDINGS[outcome]
-    return Result(success=outcome is Outcome.SUCCESS, error_code=code, message=reason or default,
-                  **asdict(measured))
+def error_code(error: DoorImpactError) -> int:
+    """Return the action's error code of an error before the motion."""
+    return int(getattr(Result, error.reason.upper(), Result.NO_PLAN))
+
+
+def result_message(execution: Execution) -> Any:
+    """Make the action's result from an execution that has ended."""
+    code, default = _ENDINGS[execution.outcome]
+    return Result(error_code=code, message=execution.reason or default,
+                  **asdict(execution.measured))
 
 
 def hit_report(
-    plan: ImpactPlan, goal_id: Any, outcome: Outcome, measured: Measured, stamp: Any
+    plan: HitPlan, goal_id: Any, outcome: Outcome, measured: Measured, stamp: Any
 ) -> HitReport:
     """Make the report of a hit, from which the planner learns.
 
