@@ -12,8 +12,9 @@ from door_impact_msgs.msg import HitReport, ImpactPlan
 from impact_planner.errors import GoalRefused, InvalidRequest
 from impact_planner.motion.missed import STANDS
 from impact_planner.ros.messages import knots_from_message
+from robot_driver.motion import Outcome
 
-from motion_execution.hit.types import ExecutablePlan, Measured, Outcome
+from motion_execution.hit.types import ExecutablePlan, Measured
 
 Result = ExecuteDoorImpact.Result
 

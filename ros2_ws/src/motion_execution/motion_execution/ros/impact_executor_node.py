@@ -24,6 +24,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
 from robot_driver.active_goals import ActiveGoals
 from robot_driver.messages import command_message
+from robot_driver.motion import Outcome
 from robot_driver.names import TRAJECTORY
 from robot_driver.ranges import joint_ranges
 from robot_driver.sensor_doubts import doubts
@@ -34,7 +35,7 @@ from trajectory_msgs.msg import JointTrajectory
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import STANDING_SIDE, PointB
 from motion_execution.hit.preflight import require_ready, require_speed_scale
-from motion_execution.hit.types import ExecutionSettings, Outcome
+from motion_execution.hit.types import ExecutionSettings
 from motion_execution.ros.executor_messages import (
     executable,
     hit_report,
