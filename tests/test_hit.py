@@ -19,7 +19,7 @@ from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
-from motion_execution.hit.execution import Outcome
+from robot_driver.motion import Outcome
 from simulated_hit import HitLoads, pair_of
 from test_hit_model import require_alike
 from zmp_publisher.odometry import FootOdometry

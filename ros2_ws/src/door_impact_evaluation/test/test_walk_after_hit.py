@@ -14,10 +14,9 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
 from motion_execution.hit.point_b import PointB
-from motion_execution.hit.types import Outcome as HitOutcome
 from motion_execution.walk.goal import WalkGoal, plan_goal
 from motion_execution.walk.start import Standing, require_near, start_state
-from motion_execution.walk.walk import Outcome
+from robot_driver.motion import Outcome
 from walking.pattern.settings import WalkSettings
 
 
@@ -34,7 +33,7 @@ def test_the_robot_walks_away_after_a_hit(engine, ending):
                   placement["hinge_x"], engine=engine)
     try:
         hit = rehearsal.execute(world, plan, PointB(robot), lambda *_: None, None)
-        assert hit.outcome is HitOutcome.SUCCESS, hit.reason
+        assert hit.outcome is Outcome.SUCCESS, hit.reason
         sample = world.step()
         settings = WalkSettings()
         base = walk_run.base_of(world)

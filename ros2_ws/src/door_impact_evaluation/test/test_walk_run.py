@@ -15,7 +15,7 @@ from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
-from motion_execution.walk.walk import Outcome
+from robot_driver.motion import Outcome
 from walking.footsteps.footstep import Pose
 
 START = Pose(-3.0, 7.5, 2.5)

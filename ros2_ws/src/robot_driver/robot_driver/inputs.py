@@ -18,63 +18,11 @@ from numpy.typing import ArrayLike
 
 from robot_driver.freshness import Freshness
 from robot_driver.intake import Arrival, Intake, Plausible
+from robot_driver.motion import Motion
 from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
 from robot_driver.ranges import DOOR_ANGLE, FORCE, INERTIAL
 
 RECENT = 60  # number of complete samples that are kept, 0.3 s at 200 Hz
-
-
-class Motion:
-    """A hit, a walk or a passage.
-
-    It gets events and returns commands for the driver, in their order. Times are stamps of
-    messages or times of the robot's clock, both in seconds.
-    """
-
-    @property
-    def running(self) -> bool:
-        """Whether the motion has not ended yet."""
-        raise NotImplementedError
-
-    def lags(self, seconds: float) -> None:
-        """Set the time by which the next event lags behind the present [s]; 0 if it is on time."""
-        raise NotImplementedError
-
-    def give_up(self, reason: str) -> None:
-        """End as stopped, without a command: the driver finishes what it has."""
-        raise NotImplementedError
-
-    def on_joints(self, now: float, position: Array, velocity: Array) -> list[Command]:
-        """Handle joint positions [rad] and speeds [rad/s], (J,) each."""
-        return []
-
-    def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
-        """Handle a reading of the IMU."""
-        return []
-
-    def on_wrenches(self, now: float, left: Array, right: Array) -> list[Command]:
-        """Handle the floor's force and torque on both soles at one time, (6,) each [N, N m]."""
-        return []
-
-    def on_measured(self, now: float, measured: Measured) -> list[Command]:
-        """Handle joints, IMU and wrenches of one time."""
-        return []
-
-    def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
-        """Handle angle [rad] and angular velocity [rad/s] of the door."""
-        return []
-
-    def on_hand(self, now: float, force: float) -> list[Command]:
-        """Handle the magnitude of the force of the surroundings on the right hand [N]."""
-        return []
-
-    def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
-        """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
-        raise NotImplementedError
-
-    def on_failure(self, now: float, error: Exception) -> list[Command]:
-        """Handle an error of the program: end the motion as safely as possible."""
-        raise NotImplementedError
 
 
 class Inputs:

@@ -25,10 +25,11 @@ from impact_planner.errors import PlannerError
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import configured_placement
-from motion_execution.hit.execution import Execution, Outcome
+from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
 from motion_execution.walk.passage import Passage
 from motion_execution.walk.reaching import Reaching
+from robot_driver.motion import Outcome
 from walking.errors import PLANNING_ERRORS, PassageInfeasible
 from walking.footsteps.footstep import ORIGIN, Pose, Stance
 from walking.passing.approach import AS_SURVEYED, Site, arrived

@@ -27,8 +27,9 @@ from impact_planner.task.experience import Experience
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
-from motion_execution.hit.execution import Command, ExecutablePlan, Execution, Outcome
+from motion_execution.hit.execution import Command, ExecutablePlan, Execution
 from motion_execution.hit.point_b import PointB
+from robot_driver.motion import Outcome
 
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.mirrored_world import MirroredWorld

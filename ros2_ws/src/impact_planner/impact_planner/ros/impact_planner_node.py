@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from action_msgs.msg import GoalStatusArray
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import Parameters
@@ -26,7 +25,7 @@ from std_srvs.srv import Trigger
 
 from impact_planner.errors import PLANNING_ERRORS, InvalidRequest, NoDoor
 from impact_planner.plan import plan_impact
-from impact_planner.ros.hit_learner import STATES, HitLearner
+from impact_planner.ros.hit_learner import HitLearner
 from impact_planner.ros.messages import (
     door_from_message,
     failure_response,
@@ -73,8 +72,6 @@ class ImpactPlanner(GuardedNode):
         self._plans = self.create_publisher(ImpactPlanMessage, "/door_impact_plan", latched)
         self.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
         self.create_subscription(HitReport, "/hit_report", self._learner.on_report, 10)
-        states = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.create_subscription(GoalStatusArray, STATES, self._learner.on_goals, states)
         self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan,
                             qos_profile=QoSProfile(depth=WAITING))
         self.create_service(Trigger, "/forget_hits", self._on_forget)

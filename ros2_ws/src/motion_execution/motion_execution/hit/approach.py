@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.splice import concatenate, duration, slowed
+from robot_driver.motion import Outcome
 
 from motion_execution.hit import reasons
 from motion_execution.hit.probe import LeafProbe, Searching
 from motion_execution.hit.run import Run
 from motion_execution.hit.state import Following, Reaction, Reference, State
 from motion_execution.hit.states import RunUp, there_and_back
-from motion_execution.hit.types import APPROACH, RUN_UP, SCALED, Outcome
+from motion_execution.hit.types import APPROACH, RUN_UP, SCALED
 
 
 @dataclass(frozen=True, kw_only=True)

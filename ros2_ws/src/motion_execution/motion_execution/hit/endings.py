@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from robot_driver.motion import Outcome
 
 from motion_execution.hit import reasons
 from motion_execution.hit.state import Following, Reaction
-from motion_execution.hit.types import Outcome
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,7 @@ from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.samples import ImuSample
 from impact_planner.errors import InvalidRequest
-from robot_driver.inputs import Motion
+from robot_driver.motion import Motion
 
 from motion_execution.hit import reasons
 from motion_execution.hit.approach import Waiting
@@ -40,7 +40,6 @@ from motion_execution.hit.types import (
     ExecutionSettings,
     Kinematics,
     Measured,
-    Outcome,
 )
 
 
@@ -84,16 +83,6 @@ class Execution(Motion):
         self._state: State = self._waiting
 
     # -- state and measurements -----------------------------------------------------------------
-
-    @property
-    def outcome(self) -> Outcome:
-        """How the execution ended; RUNNING before its end."""
-        return self._state.outcome
-
-    @property
-    def reason(self) -> str:
-        """Sentence that explains the outcome; may be empty after a success and before the end."""
-        return self._state.reason
 
     @property
     def phase(self) -> str:
@@ -140,11 +129,6 @@ class Execution(Motion):
         """Share of the present phase that has passed at a time of the robot's clock [s], 0 to 1."""
         return self._state.progress(now)
 
-    @property
-    def running(self) -> bool:
-        """Whether the execution has not ended yet."""
-        return self.outcome is Outcome.RUNNING
-
     def lags(self, seconds: float) -> None:
         """Set the time by which the next events lag behind the present [s], at least 0.
 
@@ -163,16 +147,19 @@ class Execution(Motion):
         (command,) = self._enter(self._waiting.start(now, self._speed_scale))
         return command
 
-    def stop(self) -> None:
+    def stop(self, why: str = "") -> None:
         """Request a stop, which begins at the next joint state.
 
         Past the point of no return the hit is completed before the robot retreats.
+
+        Args:
+            why: Not used: `reason` says in which phase the motion was stopped.
         """
         self._run.stop_requested = True
 
-    def give_up(self, reason: str) -> None:
+    def give_up(self, why: str) -> None:
         """End as stopped, without a command to the driver."""
-        self._enter(self._state.give_up(reason))
+        self._enter(self._state.give_up(why))
 
     # -- events: each handler returns commands, which must be sent in their order ---------------
 
@@ -235,6 +222,7 @@ class Execution(Motion):
     def _enter(self, reaction: Reaction) -> list[Command]:
         """Enter the state that follows an event, and return the commands."""
         before, self._state = self._state, reaction.state
-        if self._state is not before and self._state.outcome is Outcome.RUNNING:
+        self.outcome, self.reason = self._state.outcome, self._state.reason
+        if self._state is not before and self.running:
             self._run.starts.setdefault(self._state.phase, self._state.begin)
         return list(reaction.commands)

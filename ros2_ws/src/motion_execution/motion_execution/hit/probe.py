@@ -24,6 +24,7 @@ from humanoid_motion.driver_interface import Command
 from humanoid_motion.splice import concatenate, cut, duration
 from impact_planner.motion.post import back_along, continue_from
 from impact_planner.motion.slow_path import RAMP, slow_path, ways_along
+from robot_driver.motion import Outcome
 
 from motion_execution.hit import reasons
 from motion_execution.hit.contact import Contact, ContactDetector, Sensor
@@ -31,13 +32,7 @@ from motion_execution.hit.endings import Retreat
 from motion_execution.hit.preflight import DOOR_TOLERANCE
 from motion_execution.hit.state import Following, Reaction, Reference
 from motion_execution.hit.states import RunUp, there_and_back
-from motion_execution.hit.types import (
-    PROBE,
-    RUN_UP,
-    ExecutablePlan,
-    ExecutionSettings,
-    Outcome,
-)
+from motion_execution.hit.types import PROBE, RUN_UP, ExecutablePlan, ExecutionSettings
 
 SPEED = 0.05  # of B on its way to the leaf [m/s]
 _STOPS = 0.2  # time from the touch to rest, in which B goes on by some 5 mm [s]

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from door_impact_common.arrays import Array
-
-from motion_execution.hit.types import Outcome
+from robot_driver.motion import Outcome
 
 MISSED = ("no contact was detected: neither IMU and feet nor the door's encoder showed one before "
           "the run-up came to rest; the door stands farther away than planned, or it is open")

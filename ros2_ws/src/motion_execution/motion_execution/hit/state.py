@@ -10,10 +10,10 @@ import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
+from robot_driver.motion import Outcome
 
 from motion_execution.hit import reasons
 from motion_execution.hit.run import Run
-from motion_execution.hit.types import Outcome
 
 
 class Reaction(NamedTuple):

@@ -42,13 +42,14 @@ from humanoid_motion.knots import Knots
 from humanoid_motion.splice import concatenate, duration, shifted, without_first
 from impact_planner.motion.catch import LATE
 from impact_planner.motion.post import back_along, continue_from, to_rest_within
+from robot_driver.motion import Outcome
 
 from motion_execution.hit import reasons
 from motion_execution.hit.contact import Contact
 from motion_execution.hit.endings import Hold, Retreat
 from motion_execution.hit.run import Run
 from motion_execution.hit.state import Following, Reaction, Reference
-from motion_execution.hit.types import AFTER_HIT, RUN_UP, Outcome
+from motion_execution.hit.types import AFTER_HIT, RUN_UP
 
 
 def there_and_back(path: Knots, rest: float, back: float) -> Knots:

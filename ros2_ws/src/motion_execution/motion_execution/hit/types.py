@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -32,19 +31,6 @@ _RANGES = {  # least and largest plausible number of a plan, in its own unit
     "desired_angle": (0.0, np.pi),
     "stop_duration": (0.05, _LONGEST),
 }
-
-
-class Outcome(enum.Enum):
-    """How an execution ended."""
-
-    RUNNING = "running"
-    SUCCESS = "success"
-    NO_CONTACT = "no contact"
-    STOPPED = "stopped"
-    FELL = "fell"
-    NOT_FOLLOWED = "not followed"
-    NOT_HELD = "not held"
-    LOCKED = "locked"
 
 
 class Kinematics(Protocol):

@@ -16,7 +16,6 @@ from door_impact_msgs.action import ExecuteDoorImpact, Walk, WalkThroughDoor
 from door_impact_msgs.msg import HitReport
 from door_impact_msgs.srv import PlanDoorPassage
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.errors import GoalRefused
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.clock import Clock, ClockType
 from rclpy.task import Future

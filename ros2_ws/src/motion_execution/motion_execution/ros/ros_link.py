@@ -322,7 +322,7 @@ _robot: RobotModel  # of the planning process
 
 
 def _begin_worker(config: RobotConfig) -> None:
-    global _robot  # noqa: PLW0603
+    global _robot
     _robot = RobotModel(config)
 
 

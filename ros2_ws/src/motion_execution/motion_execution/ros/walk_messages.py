@@ -17,12 +17,12 @@ from door_model.door.geometry import before
 from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from geometry_msgs.msg import Pose as PoseMessage
 from hrp2_description.robot import SIDES, RobotConfig
+from robot_driver.motion import Outcome
 from visualization_msgs.msg import Marker, MarkerArray
 from walking.errors import InvalidFootsteps
 from walking.footsteps.footstep import Footstep, Pose, other
 
 from motion_execution.walk.goal import WalkGoal
-from robot_driver.motion import Outcome
 
 ODOM = "odom"
 Result = WalkAction.Result

@@ -20,7 +20,7 @@ from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import ImuSample, Measured
 from humanoid_motion.splice import without_first
 from humanoid_motion.tolerances import STILL
-from robot_driver.inputs import Motion
+from robot_driver.motion import Motion
 from walking.footsteps.footstep import Footstep
 from walking.pattern.plan import plan_walk
 from walking.pattern.state import WalkState
@@ -74,7 +74,11 @@ class Guard(Motion):
         if self._walk is not None:
             self._walk.lags(seconds)
 
-    def give_up(self, reason: str) -> None:
+    def stop(self, why: str = "") -> None:
+        """Begin anew: recovery steps under way are finished."""
+        self.forget()
+
+    def give_up(self, why: str) -> None:
         """Begin anew; the driver finishes what it has, which ends with the robot standing."""
         self.forget()
 

@@ -10,11 +10,12 @@ from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import Measured
+from robot_driver.motion import Outcome
 from walking.passing.reach import Reach
 from walking.passing.watch import Watch, WatchSettings
 
 from motion_execution.walk.passage import AT_LEAF, STANDS
-from motion_execution.walk.walk import Outcome, Walk
+from motion_execution.walk.walk import Walk
 
 TOUCHED = 5.0
 """Force on the hand above which it has met something, a mean over 20 ms [N]."""

@@ -8,7 +8,6 @@ command: the next step is not sent.
 
 from __future__ import annotations
 
-import enum
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -20,7 +19,7 @@ from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import ImuSample, Measured
-from robot_driver.inputs import Motion
+from robot_driver.motion import Motion, Outcome
 from walking.errors import PLANNING_ERRORS
 from walking.footsteps.footstep import Stance
 from walking.pattern.plan import plan_walk
@@ -34,17 +33,8 @@ from walking.recovery.recovery import Recovery, recover
 
 from motion_execution.walk.settings import ExecutionSettings
 
+STOPPED = "the motion was stopped, as requested; the robot stands"
 STANDS = "the driver finishes the trajectory that it has, which ends with the robot standing"
-
-
-class Outcome(enum.Enum):
-    """How a walk ended."""
-
-    RUNNING = "running"
-    SUCCESS = "success"
-    STOPPED = "stopped"
-    FELL = "fell"
-    NOT_FOLLOWED = "not followed"
 
 
 class Walk(Motion):
@@ -63,9 +53,6 @@ class Walk(Motion):
 
     Attributes:
         plan: The present plan.
-        outcome: How the walk ended; RUNNING before its end.
-        reason: Sentence that explains the outcome; empty after a success and before the end.
-        lag: Time by which the present event lags behind the present [s].
         recovered: How often a push has changed the steps.
 
     Raises:
@@ -80,8 +67,6 @@ class Walk(Motion):
         self._robot, self._free = robot, list(free)
         self._pattern = pattern or WalkSettings()
         self._settings = settings or ExecutionSettings()
-        self.outcome, self.reason = Outcome.RUNNING, ""
-        self.lag = 0.0
         self.recovered = 0
         self._tilt = 0.0  # of the trunk, at its last measurement [rad]
         self._onward = onward
@@ -107,11 +92,6 @@ class Walk(Motion):
         self._last: tuple[Knots, Rest] | None = None  # before the last step, until it is judged
 
     # -- what is going on ------------------------------------------------------------------------
-
-    @property
-    def running(self) -> bool:
-        """Whether the walk has not ended yet."""
-        return self.outcome is Outcome.RUNNING
 
     def since(self, now: float) -> float:
         """Return the time since the present plan began, at a time of the robot's clock [s]."""
@@ -166,18 +146,9 @@ class Walk(Motion):
         self._origin = now + self._settings.lead
         return Command(self._origin, self._knots)
 
-    def stop(self, why: str) -> None:
-        """Make no further step: the one whose motion was sent is finished, and the robot stands.
-
-        Args:
-            why: Sentence for `reason`.
-        """
-        self._stopping = self._stopping or why
-
-    def give_up(self, why: str) -> None:
-        """End without a command: the driver finishes what it has, and the robot stands."""
-        if self.outcome is Outcome.RUNNING:
-            self.outcome, self.reason = Outcome.STOPPED, why
+    def stop(self, why: str = "") -> None:
+        """Make no further step: the one whose motion was sent is finished, and the robot stands."""
+        self._stopping = self._stopping or why or STOPPED
 
     def hold_for_new_footsteps(self, now: float) -> tuple[int, WalkState]:
         """Choose the boundary at which new footsteps begin, and make no step beyond it.
@@ -240,10 +211,6 @@ class Walk(Motion):
         return self.start(now)
 
     # -- events: each handler returns commands, which must be sent in their order -----------------
-
-    def lags(self, seconds: float) -> None:
-        """Set the time by which the next event lags behind the present [s]; 0 if it is on time."""
-        self.lag = seconds
 
     def on_joints(self, now: float, position: Array, velocity: Array) -> list[Command]:
         """Handle joint positions [rad] and speeds [rad/s], (J,) each."""

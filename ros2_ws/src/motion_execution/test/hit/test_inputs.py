@@ -11,10 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
-from motion_execution.hit.types import ExecutionSettings, Outcome
+from motion_execution.hit.types import ExecutionSettings
 from robot_driver.freshness import Freshness
 from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival, Intake, Plausible
+from robot_driver.motion import Outcome
 from robot_driver.names import DOOR, IMU, JOINTS
 from robot_driver.ranges import joint_ranges
 

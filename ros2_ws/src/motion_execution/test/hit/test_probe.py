@@ -7,7 +7,7 @@ from humanoid_motion.samples import ImuSample
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
 from motion_execution.hit.probe import SPEED
-from motion_execution.hit.types import Outcome
+from robot_driver.motion import Outcome
 
 TICK = 0.01  # period of the joint states [s]
 COUNT = 2.0 * np.pi / 14400.0  # angle of a count of the door's encoder [rad]

@@ -19,10 +19,11 @@ from impact_planner.ros.messages import plan_message
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
 from motion_execution.hit.preflight import require_ready
-from motion_execution.hit.types import Measured, Outcome
+from motion_execution.hit.types import Measured
 from motion_execution.ros.executor_messages import executable, hit_report, probes
 from robot_driver.intake import Arrival, Intake, Plausible
 from robot_driver.messages import diagnostics
+from robot_driver.motion import Outcome
 from unique_identifier_msgs.msg import UUID
 
 Goal = ExecuteDoorImpact.Goal

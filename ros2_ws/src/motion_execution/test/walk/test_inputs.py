@@ -8,10 +8,11 @@ import pytest
 from humanoid_motion.samples import ImuSample
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from motion_execution.walk.walk import Outcome, Walk
+from motion_execution.walk.walk import Walk
 from robot_driver.freshness import Freshness
 from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival
+from robot_driver.motion import Outcome
 from robot_driver.names import IMU, JOINTS, WRENCHES
 from robot_driver.ranges import joint_ranges
 

@@ -9,10 +9,10 @@ import pytest
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.samples import ImuSample
 from motion_execution.walk.passage import Passage
-from motion_execution.walk.walk import Outcome
 from robot_driver.freshness import Freshness
 from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival
+from robot_driver.motion import Outcome
 from robot_driver.names import DOOR, HAND, IMU, JOINTS
 from robot_driver.ranges import joint_ranges
 

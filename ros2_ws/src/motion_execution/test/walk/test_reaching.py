@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from humanoid_motion.driver_interface import Command
 from motion_execution.walk.reaching import Reaching
-from motion_execution.walk.walk import Outcome
+from robot_driver.motion import Outcome
 from walking.passing.reach import plan_reach
 from walking.passing.settings import PassageSettings
 

@@ -13,7 +13,8 @@ from humanoid_motion.samples import ImuSample
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from motion_execution.walk.goal import WalkGoal, plan_goal
-from motion_execution.walk.walk import Outcome, Walk
+from motion_execution.walk.walk import Walk
+from robot_driver.motion import Outcome
 from walking.footsteps.footstep import Pose
 from walking.pattern.settings import WalkSettings
 
