@@ -111,7 +111,7 @@ def swapped(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """driver:=none and the kinematic driver."""
     folder = tmp_path_factory.mktemp("swap")
     params = yaml.safe_load(Path(parameters()).read_text())
-    params["impact_executor"] = {"ros__parameters": {"stale_after": STALE_AFTER}}
+    params["motion_server"] = {"ros__parameters": {"stale_after": STALE_AFTER}}
     (folder / "params.yaml").write_text(yaml.safe_dump(params))
     own = {**CLOSER, "effective_mass": EFFECTIVE_MASS, "restitution": RESTITUTION}
     options = [word for name, value in own.items() for word in ("-p", f"{name}:={value}")]

@@ -15,8 +15,8 @@ from processes import GUARD
 from running_graph import seconds
 from sensor_msgs.msg import JointState
 
-NODES = ["/closer_identifier", "/door_encoder", "/door_passer", "/hrp2_sim_bridge",
-         "/impact_executor", "/impact_planner", "/scene_publisher", "/walker", "/zmp_publisher"]
+NODES = ["/closer_identifier", "/door_encoder", "/hrp2_sim_bridge",
+         "/impact_planner", "/motion_server", "/scene_publisher", "/zmp_publisher"]
 
 
 @pytest.mark.usefixtures("graph")

@@ -19,9 +19,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "door_passer = motion_execution.ros.door_passer_node:main",
-            "impact_executor = motion_execution.ros.impact_executor_node:main",
-            "walker = motion_execution.ros.walker_node:main",
+            "motion_server = motion_execution.ros.motion_server_node:main",
         ],
     },
 )

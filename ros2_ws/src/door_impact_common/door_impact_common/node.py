@@ -89,13 +89,17 @@ class GuardedNode(Node):
         safe = self.guarded(callback, f"the service {srv_name}", failed)
         if not iscoroutinefunction(callback):
             return super().create_service(srv_type, srv_name, safe, *args, **options)
-        service = super().create_service(
-            srv_type, srv_name, lambda *asked: self.executor.create_task(callback, *asked),
+        service: Any = super().create_service(
+            srv_type, srv_name, lambda *asked: self._executor().create_task(callback, *asked),
             *args, **options)
         send = service.send_response
         service.send_response = lambda task, header: task.add_done_callback(
             lambda done: send(done.result(), header))
         return service
+
+    def _executor(self) -> Executor:
+        assert self.executor is not None, "its callbacks run"
+        return self.executor
 
     def add_on_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
         """Add a callback for parameters; after a failure they are refused."""

@@ -9,5 +9,5 @@ WRENCHES = {side: f"/{side}_foot/wrench" for side in ("left", "right")}
 HAND = "/right_wrist/wrench"
 TRAJECTORY = "/joint_trajectory"
 
-COMMANDERS = ("impact_executor", "walker", "door_passer")
-"""Nodes that send trajectories, of which one at a time owns the motion."""
+COMMANDERS = ("motion_server",)
+"""Nodes that send trajectories."""

@@ -64,10 +64,9 @@ class HitPlan:
         Raises:
             InvalidRequest: A phase is missing, or a number is out of its range.
         """
-        return cls(plan.plan_id, plan.door, ExecutablePlan.of(plan, phases),
-                   *(np.asarray(place[:2], dtype=float) for place in places),
-                   l_b=plan.l_b, initial_angle=plan.initial_angle,
-                   missed_margin=plan.missed_margin, margins=margins)
+        left, right, b = (np.asarray(place[:2], dtype=float) for place in places)
+        return cls(plan.plan_id, plan.door, ExecutablePlan.of(plan, phases), left, right, b,
+                   plan.l_b, plan.initial_angle, plan.missed_margin, margins)
 
     def hold(self, known: KnownDoor | None, site: Site) -> Hold:
         """Return how the hit is planned to end.

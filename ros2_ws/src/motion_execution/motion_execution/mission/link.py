@@ -46,11 +46,13 @@ class Link(Protocol):
 
     Attributes:
         inputs: The measurements; its present motion is that of the mission.
-        yields: Whether the driver can let a hand yield.
     """
 
     inputs: Inputs
-    yields: bool
+
+    @property
+    def yields(self) -> bool:
+        """Whether the driver can let a hand yield."""
 
     def now(self) -> float:
         """Return the present time of the robot's clock [s]."""

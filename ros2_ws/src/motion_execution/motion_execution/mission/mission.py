@@ -116,7 +116,8 @@ class Mission:
         self.poll()
 
     def _tell(self, order: Order) -> None:
-        motion, progress = order.motion, None
+        motion = order.motion
+        progress: Any = None
         if order.action == PASSAGE:
             progress = self._passing.progress(order)
         elif isinstance(motion, Execution):

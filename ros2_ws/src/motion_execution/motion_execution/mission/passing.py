@@ -149,10 +149,13 @@ class Passing:
                     f"this was a dry run: {first}passage could be made, in "
                     f"{way.passage.clear:.1f} s and {len(way.passage.walk.footsteps)} footsteps")
                 return
-            self._way, passed.passage = way, Passage(
-                self._body.model, way.passage, yields=self._settings.yields)
-            await self._moved(way, passed.passage, order)
-            self._ended(way, passed)
+            self._way = way
+            passage = Passage(self._body.model, way.passage, yields=self._settings.yields)
+            await self._begin(way, passage, order)
+            passed.passage = passage
+            await self._body.ended(order)
+            self._link.show(())
+            self._ended(way, passage, passed)
         finally:
             self._comply(yields=False)
 
@@ -203,6 +206,9 @@ class Passing:
             if not (value < 0.0 or _NARROWEST <= value <= _WIDEST):
                 raise InvalidGoal(quantity=f"{name} [rad]", value=value,
                                   limit=f"{_NARROWEST:.3f} to {_WIDEST:.3f}, or negative")
+        if not np.isfinite(self._survey).all():
+            raise NotReady(quantity="place of the door (door_distance, hinge_x) [m]",
+                           value=tuple(self._survey[:2]), limit="given as parameters")
         await self._body.wait(lambda: self._body.heard(TOPICS), PATIENCE, order)
         self._body.standing(TOPICS)  # refuses missing messages before anything is planned
 
@@ -268,7 +274,8 @@ class Passing:
     async def _reach(self, way: Way, push: Push, order: Order, passed: Passed) -> None:
         """Put the hand on the closed leaf."""
         passed.reaching = Reaching(self._body.model, push.reach)
-        await self._moved(way, passed.reaching, order)
+        await self._begin(way, passed.reaching, order)
+        await self._body.ended(order)
         MotionFailed.check(passed.reaching)
 
     def _found(self, hold: Hold) -> PassageTask:
@@ -359,8 +366,8 @@ class Passing:
 
     # -- the motion at the leaf -----------------------------------------------------------------
 
-    async def _moved(self, way: Way, motion: Passage | Reaching, order: Order) -> None:
-        """Make a motion at the leaf; it has ended then.
+    async def _begin(self, way: Way, motion: Passage | Reaching, order: Order) -> None:
+        """Begin a motion at the leaf.
 
         Raises:
             DoorImpactError: It cannot begin.
@@ -371,13 +378,9 @@ class Passing:
         self._link.show(way.hold.in_odom(motion.plan.footsteps))
         self._body.begin(
             order, motion, motion.start(self._link.now() + self._body.inputs.lag), TOPICS)
-        await self._body.ended(order)
-        self._link.show(())
 
-    def _ended(self, way: Way, passed: Passed) -> None:
+    def _ended(self, way: Way, passage: Passage, passed: Passed) -> None:
         """Keep where a stopped passage has left the leaf, and say how a passage has ended."""
-        passage = passed.passage
-        assert passage is not None
         if math.isnan(passage.release_angle) and passage.outcome is Outcome.STOPPED:
             assert self._body.commanded is not None  # by the passage
             self._left = replace(way, hold=replace(

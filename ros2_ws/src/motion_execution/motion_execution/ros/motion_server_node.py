@@ -24,8 +24,10 @@ from std_srvs.srv import Trigger
 from walking.footsteps.footstep import Pose
 from walking.passing.settings import PassageSettings
 
+from motion_execution.hit.execution import Execution
 from motion_execution.hit.types import ExecutionSettings
 from motion_execution.mission.errors import MotionFailed
+from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.mission import HIT, PASSAGE, WALK, Mission
 from motion_execution.mission.order import Order
 from motion_execution.mission.passing import Passed
@@ -159,9 +161,7 @@ class MotionServer(GuardedNode):
         if execution is None:
             return hit_messages.Result(message="this was a dry run: the plan "
                                        f"{plan.plan_id} could be executed")
-        if execution.turned_round:
-            self._reports.publish(hit_messages.hit_report(
-                plan, handle.goal_id, execution.outcome, execution.measured, self._stamp()))
+        self._report(plan, handle, execution)
         result = hit_messages.result_message(execution)
         if result.contact_sensor:
             self.get_logger().info(f"the contact was shown by: {result.contact_sensor}")
@@ -205,11 +205,15 @@ class MotionServer(GuardedNode):
         if passed.way is not None:
             result.plan = self._plan(passed.way)
         result.error_code, result.message = code, text
-        if passed.hit is not None and passed.hit.turned_round and passed.way is not None:
-            self._reports.publish(hit_messages.hit_report(
-                passed.way.hit, handle.goal_id, passed.hit.outcome, passed.hit.measured,
-                self._stamp()))
+        if passed.hit is not None and passed.way is not None and passed.way.hit is not None:
+            self._report(passed.way.hit, handle, passed.hit)
         return result
+
+    def _report(self, plan: HitPlan, handle: Any, hit: Execution) -> None:
+        """Let the planner learn from a hit that has opened the door."""
+        if hit.turned_round:
+            self._reports.publish(hit_messages.hit_report(
+                plan, handle.goal_id, hit.outcome, hit.measured, self._stamp()))
 
     # -- services -------------------------------------------------------------------------------
 

@@ -67,7 +67,7 @@ def result_message(passed: Passed, now: float) -> Any:
     if hit is not None and hit.measured.contact_sensor:
         for name in ("contact_time", "peak_angle", "held_angle"):
             setattr(result, name, getattr(hit.measured, name))
-    if passage is not None and passage.started:
+    if passage is not None:
         cleared, watch = passage.cleared(now), passage.watch
         result.steps, result.start_time = passage.steps_made(now), now - passage.since(now)
         result.time_to_clear = cleared - passed.began
