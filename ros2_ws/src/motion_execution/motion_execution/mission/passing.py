@@ -183,8 +183,6 @@ class Passing:
         if isinstance(motion, Execution):
             phase, hit_phase = "catch" if motion.phase in CAUGHT else "hit", motion.phase
             margin = self._hits.margin(motion)
-        elif isinstance(motion, Walk):
-            phase, margin = "approach", body.walk_margin(motion, now)
         elif isinstance(motion, Passage | Reaching):
             phase, margin = motion.stage(now), body.walk_margin(motion, now)
             step, steps = min(motion.steps, motion.steps_made(now) + 1), motion.steps
@@ -194,6 +192,8 @@ class Passing:
                 clearance = float(min(
                     hold.doorway.wall_gaps(rectangle, place)[0], hold.doorway.leaf_gaps(
                         rectangle, place, np.array([body.inputs.door_angle]))[0]))
+        elif isinstance(motion, Walk):
+            phase, margin = "approach", body.walk_margin(motion, now)
         return PassageProgress(
             phase, hit_phase, body.inputs.door_angle, body.inputs.hand_force, margin, clearance,
             step, steps)

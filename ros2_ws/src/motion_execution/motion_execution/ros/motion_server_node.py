@@ -111,6 +111,11 @@ class MotionServer(GuardedNode):
                 order.stop()
             try:
                 result = await carry_out(handle, order)
+            except Exception as error:  # whoever asked must get an answer
+                self.get_logger().error(traceback.format_exc())
+                result = kind.Result(
+                    error_code=kind.Result.NOT_READY,
+                    message=f"the motion server failed: {type(error).__name__}: {error}")
             finally:
                 del self._orders[identifier]
             result.success = result.error_code == kind.Result.NONE

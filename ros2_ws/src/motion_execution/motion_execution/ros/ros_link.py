@@ -21,7 +21,7 @@ from door_model.door.geometry import before
 from door_model.errors import DoorModelError
 from door_model.ros.messages import door_of
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from hrp2_description.robot import RobotConfig, load_robot_config
+from hrp2_description.robot import load_robot_config
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.mirror import sight
 from humanoid_motion.robot_model import RobotModel
@@ -76,7 +76,8 @@ class RosLink(Link):
         self, node: GuardedNode, after: Callable[[float, Sequence[Command]], None]
     ) -> None:
         self._node, given = node, Parameters(node, PARAMETERS)
-        self.config = load_robot_config(given.text("robot_config") or None)
+        robot = given.text("robot_config") or None
+        self.config = load_robot_config(robot)
         name, self._prefix = given.text("door"), given.text("frame_prefix")
         door = load_door(name) if name else None
         self._known = None if door is None else KnownDoor.configured(door)
@@ -107,7 +108,7 @@ class RosLink(Link):
         # A fork would inherit the threads of DDS.
         self._workers = ProcessPoolExecutor(
             max_workers=1, mp_context=multiprocessing.get_context("spawn"),
-            initializer=_begin_worker, initargs=(self.config,))
+            initializer=_begin_worker, initargs=(robot,))
         self.show(())
 
     def tells(self, ways: Ways) -> None:
@@ -321,9 +322,9 @@ class PlannedHit:
 _robot: RobotModel  # of the planning process
 
 
-def _begin_worker(config: RobotConfig) -> None:
+def _begin_worker(robot_config: str | None) -> None:
     global _robot
-    _robot = RobotModel(config)
+    _robot = RobotModel(load_robot_config(robot_config))
 
 
 def _work(work: Callable[..., Any], *args: Any) -> Any:
