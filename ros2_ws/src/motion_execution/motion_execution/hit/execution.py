@@ -24,7 +24,6 @@ from humanoid_motion.samples import ImuSample
 from impact_planner.errors import InvalidRequest
 from robot_driver.motion import Motion
 
-from motion_execution.hit import reasons
 from motion_execution.hit.approach import Waiting
 from motion_execution.hit.contact import ContactDetector
 from motion_execution.hit.probe import LeafProbe
@@ -37,10 +36,11 @@ from motion_execution.hit.types import (
     RUN_UP,
     SCALED,
     ExecutablePlan,
-    ExecutionSettings,
     Kinematics,
     Measured,
 )
+from motion_execution.judge import failed, silent
+from motion_execution.settings import ExecutionSettings
 
 
 class Execution(Motion):
@@ -204,7 +204,7 @@ class Execution(Motion):
     def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
         """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
         return self._enter(
-            self._state.on_silence(now, reasons.no_message(topic, waited, limit)))
+            self._state.on_silence(now, silent(topic, waited, limit)))
 
     def on_failure(self, now: float, error: Exception) -> list[Command]:
         """Handle an error of the program: stop the driver if the robot keeps its balance.
@@ -214,9 +214,9 @@ class Execution(Motion):
             error: The error.
         """
         try:
-            return self._enter(self._state.on_silence(now, reasons.failed(error)))
+            return self._enter(self._state.on_silence(now, failed(error)))
         except Exception:  # what failed once may fail again
-            self.give_up(reasons.failed(error))
+            self.give_up(failed(error))
             return []
 
     def _enter(self, reaction: Reaction) -> list[Command]:

@@ -15,6 +15,7 @@ from impact_planner.errors import GoalRefused
 from impact_planner.task.settings import ENDINGS
 
 from motion_execution.hit.types import PLANNED, ExecutablePlan
+from motion_execution.judge import farthest
 
 DOOR_TOLERANCE = 0.02  # largest distance of the door from the angle at which it is hit [rad]
 SLOWEST = 0.05  # smallest speed_scale
@@ -63,15 +64,14 @@ def require_start(names: Sequence[str], position: Array, start: Array) -> None:
     Raises:
         GoalRefused: A joint is too far from the start.
     """
-    off = np.abs(position - start)
-    worst = int(np.argmax(off))
-    if off[worst] > START:
+    name, off = farthest(position, start, names)
+    if not off <= START:
         raise GoalRefused(
             "not_ready",
-            f"the robot is not where the plan starts: {names[worst]} is off by {off[worst]:.3f} "
-            f"rad, at most {START} rad are allowed; bring the robot back to its initial "
-            "posture (in simulation: /sim/reset)",
-            quantity=f"{names[worst]} [rad]", value=float(off[worst]), limit=START)
+            f"the robot is not where the plan starts: {name} is off by {off:.3f} rad, "
+            f"at most {START} rad are allowed; bring the robot back to its initial posture "
+            "(in simulation: /sim/reset)",
+            quantity=f"{name} [rad]", value=off, limit=START)
 
 
 def require_door(off: float) -> None:
@@ -114,14 +114,14 @@ def _require_joined(robot: RobotModel, plan: ExecutablePlan) -> None:
     joints = list(itertools.pairwise(PLANNED))
     joints += [(PLANNED[-1], name) for name in ENDINGS if name in plan.phases]
     for before, after in joints:
-        off = np.abs(plan.phases[after].position[0] - ends[before].position[-1])
-        worst = int(np.argmax(off))
-        if off[worst] > _JOIN:
+        name, off = farthest(
+            plan.phases[after].position[0], ends[before].position[-1], robot.joint_names)
+        if not off <= _JOIN:
             raise GoalRefused(
                 "no_plan",
-                f"the plan jumps: {robot.joint_names[worst]} is {off[worst]:.3f} rad apart between "
-                f"the phases {before} and {after}, at most {_JOIN} rad are allowed",
-                quantity="jump [rad]", value=float(off[worst]), limit=_JOIN)
+                f"the plan jumps: {name} is {off:.3f} rad apart between the "
+                f"phases {before} and {after}, at most {_JOIN} rad are allowed",
+                quantity="jump [rad]", value=off, limit=_JOIN)
 
 
 def _require_inside(robot: RobotModel, knots: Knots, where: str) -> None:

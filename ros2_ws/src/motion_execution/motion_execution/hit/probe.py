@@ -32,7 +32,8 @@ from motion_execution.hit.endings import Retreat
 from motion_execution.hit.preflight import DOOR_TOLERANCE
 from motion_execution.hit.state import Following, Reaction, Reference
 from motion_execution.hit.states import RunUp, there_and_back
-from motion_execution.hit.types import PROBE, RUN_UP, ExecutablePlan, ExecutionSettings
+from motion_execution.hit.types import PROBE, RUN_UP, ExecutablePlan
+from motion_execution.settings import ExecutionSettings
 
 SPEED = 0.05  # of B on its way to the leaf [m/s]
 _STOPS = 0.2  # time from the touch to rest, in which B goes on by some 5 mm [s]

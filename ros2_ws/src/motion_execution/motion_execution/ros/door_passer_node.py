@@ -334,7 +334,8 @@ class DoorPasser(GuardedNode):
             return
         self._way, passage = way, Passage(self._robot, way.passage, yields=self._settings.yields)
         await self._moved(way, passage, stopped)
-        if passage.outcome is Outcome.STOPPED and math.isnan(passage.release_angle):
+        ends = (Outcome.STOPPED, Outcome.LEAF_LOST)
+        if passage.outcome in ends and math.isnan(passage.release_angle):
             assert self._commanded is not None  # by the passage
             self._left = replace(
                 way, hold=replace(way.hold, stance=passage.stance, joints=self._commanded))

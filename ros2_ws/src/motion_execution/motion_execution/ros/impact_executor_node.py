@@ -35,13 +35,13 @@ from trajectory_msgs.msg import JointTrajectory
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import STANDING_SIDE, PointB
 from motion_execution.hit.preflight import require_ready, require_speed_scale
-from motion_execution.hit.types import ExecutionSettings
 from motion_execution.ros.executor_messages import (
     executable,
     hit_report,
     probes,
     result_message,
 )
+from motion_execution.settings import ExecutionSettings
 
 Result = ExecuteDoorImpact.Result
 

@@ -43,7 +43,8 @@ _CODES = {  # of the action and of the service, by the reason of an error
     "not_reached": (Result.NOT_REACHED, Response.NOT_READY),
 }
 _ENDS = {Outcome.SUCCESS: Result.NONE, Outcome.STOPPED: Result.STOPPED, Outcome.FELL: Result.FELL,
-         Outcome.NOT_FOLLOWED: Result.DRIVER_REFUSED}
+         Outcome.NOT_FOLLOWED: Result.DRIVER_REFUSED, Outcome.NO_CONTACT: Result.NO_CONTACT,
+         Outcome.LEAF_LOST: Result.LEAF_LOST}
 _MEASURED = ("time_to_clear", "hit_to_clear", "release_angle", "largest_hand_force",
              "largest_leaf_error", "start_time", "contact_time", "peak_angle", "held_angle")
 _EVERY = 0.05  # time between two of the plan's values [s]
@@ -57,10 +58,6 @@ def codes(error: DoorImpactError) -> tuple[int, int]:
 
 def end_code(motion: Passage | Reaching) -> int:
     """Return the action's error code of a motion that has ended."""
-    if isinstance(motion, Reaching) and motion.missed:
-        return int(Result.NO_CONTACT)
-    if isinstance(motion, Passage) and motion.lost and motion.outcome is Outcome.STOPPED:
-        return int(Result.LEAF_LOST)
     return int(_ENDS[motion.outcome])
 
 

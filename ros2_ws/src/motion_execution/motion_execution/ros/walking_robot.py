@@ -29,7 +29,7 @@ from walking.footsteps.footstep import Footstep, Pose, Stance, other
 
 from motion_execution.ros.messages import base_pose, footstep_markers, footsteps_message
 from motion_execution.walk.start import Standing, soles_at
-from motion_execution.walk.walk import Walk
+from motion_execution.walk.stepping import Stepping
 
 PATIENCE = 3.0  # time that a goal waits for messages, by the computer's clock [s]
 ROBOT = {"robot_config": ("", "robot.yaml to use instead of hrp2_description's")}
@@ -115,7 +115,7 @@ class WalkingRobot:
         _, position, velocity = inputs.joints
         return Standing(self._base[1], inputs.tilt, position, velocity)
 
-    def margin(self, soles: Stance, walk: Walk, now: float) -> float:
+    def margin(self, soles: Stance, walk: Stepping, now: float) -> float:
         """Return the distance between the last ZMP and the edge of the soles that bear load [m].
 
         It is NaN where the last ZMP is of a time at which other soles should bear load.

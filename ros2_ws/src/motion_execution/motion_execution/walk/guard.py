@@ -25,7 +25,7 @@ from walking.footsteps.footstep import Footstep
 from walking.pattern.plan import plan_walk
 from walking.pattern.state import WalkState
 
-from motion_execution.walk.settings import ExecutionSettings
+from motion_execution.settings import ExecutionSettings
 from motion_execution.walk.start import require_near
 from motion_execution.walk.walk import Walk
 
