@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from door_impact_common.arrays import Array
 from humanoid_motion.knots import Knots
 from impact_planner.errors import InvalidRequest
 from impact_planner.task.settings import ENDINGS
@@ -31,33 +30,6 @@ _RANGES = {  # least and largest plausible number of a plan, in its own unit
     "desired_angle": (0.0, np.pi),
     "stop_duration": (0.05, _LONGEST),
 }
-
-
-class Kinematics(Protocol):
-    """What an execution needs of the robot; `PointB` has it."""
-
-    def speed(self, position: Array, velocity: Array, rate: Array) -> float:
-        """Calculate the speed of B towards the door [m/s].
-
-        Args:
-            position: Joint angles, (J,) [rad].
-            velocity: Joint speeds, (J,) [rad/s].
-            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
-        """
-
-    def away_from_door(self, position: Array) -> Array:
-        """Return the horizontal unit vector away from the door in the IMU's frame, (3,).
-
-        Args:
-            position: Joint angles, (J,) [rad].
-        """
-
-    def reach(self, position: Array) -> float:
-        """Calculate how far B is from the standing sole towards the door [m].
-
-        Args:
-            position: Joint angles, (J,) [rad].
-        """
 
 
 @dataclass(frozen=True)

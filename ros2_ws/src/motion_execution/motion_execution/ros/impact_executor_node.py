@@ -258,11 +258,9 @@ class ImpactExecutor(GuardedNode):
         execution = Execution(plan, self._point_b, self._settings,
                               speed_scale=goal.speed_scale, joint_names=self._names,
                               probe=probes(goal, message))
-        command = execution.start(now)
-        assert command.knots is not None
-        require_ready(self._robot, plan, command.knots, position,
+        require_ready(self._robot, plan, position,
                       self._inputs.door_angle - message.initial_angle)
-        return execution, command
+        return execution, execution.start(now)
 
     def _result(self, goal_handle: Any, execution: Execution, outcome: Outcome) -> Any:
         reason = self._sight.text(execution.reason)
