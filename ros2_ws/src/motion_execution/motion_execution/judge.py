@@ -47,14 +47,3 @@ def off_track(
         return ""
     return (f"{name} is {off:.3f} rad from where {where}, at most {limit:g} rad are allowed: the "
             "driver refused the trajectory or cannot follow it")
-
-
-def silent(topic: str, waited: float, limit: float) -> str:
-    """Reason for a topic without a message for a time that exceeds its limit, both in [s]."""
-    return (f"no message has arrived on {topic} for {waited:.2f} s, at most {limit:g} s are "
-            "allowed")
-
-
-def failed(error: Exception) -> str:
-    """Reason for an error of the program."""
-    return f"the program failed: {type(error).__name__}: {error}"

@@ -22,7 +22,7 @@ from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.samples import ImuSample
 from impact_planner.errors import InvalidRequest
-from robot_driver.motion import Motion
+from robot_driver.motion import Motion, failed, silent
 
 from motion_execution.hit.approach import Waiting
 from motion_execution.hit.contact import ContactDetector
@@ -38,7 +38,6 @@ from motion_execution.hit.types import (
     SCALED,
     ExecutablePlan,
 )
-from motion_execution.judge import failed, silent
 from motion_execution.settings import ExecutionSettings
 
 

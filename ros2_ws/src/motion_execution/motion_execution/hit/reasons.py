@@ -59,13 +59,7 @@ def no_peak(longest: float) -> str:
 
 
 def too_far_off(peak: float, desired: float, limit: float) -> str:
-    """Reason for a door that is not caught.
-
-    Args:
-        peak: Largest angle of the door [rad].
-        desired: Desired angle [rad].
-        limit: Largest allowed difference between the two [rad].
-    """
+    """Reason for a door whose peak is too far from the desired angle to be caught [rad]."""
     return (f"the door opened to {np.degrees(peak):.1f} deg, {np.degrees(desired):.1f} deg were "
             f"desired, and the arm catches it within {np.degrees(limit):.1f} deg of that")
 

@@ -108,6 +108,9 @@ class ExecutablePlan:
                                  quantity="phases", value=", ".join(missing))
         run_up = float(self.phases[RUN_UP].time[-1])
         ranges = dict(_RANGES)
+        for name in ("contact_time", "point_of_no_return", "switch_time"):  # within the run-up
+            least, most = ranges.get(name, (0.0, run_up))
+            ranges[name] = least, min(most, run_up)
         if "hold" in self.phases:
             ranges["held_angle"] = _RANGES["desired_angle"]
         for name, (least, most) in ranges.items():
@@ -116,13 +119,6 @@ class ExecutablePlan:
                 raise InvalidRequest(
                     f"{name} of the plan is {value:g}, must be from {least:g} to {most:g}",
                     quantity=name, value=value, limit=(least, most))
-        for name, value in (("contact_time", self.contact_time),
-                            ("point_of_no_return", self.point_of_no_return),
-                            ("switch_delay", self.switch_time)):
-            if value > run_up:
-                raise InvalidRequest(
-                    f"{name} of the plan is {getattr(self, name):g} s, but its run-up ends after "
-                    f"{run_up:g} s", quantity=name, value=getattr(self, name), limit=run_up)
 
     @property
     def ending(self) -> str:

@@ -114,16 +114,6 @@ class Guard(Motion):
         return [replace(command, knots=command.knots and without_first(command.knots))
                 for command in self._walk.on_measured(now, measured)]
 
-    def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
-        """Begin anew."""
-        self.forget()
-        return []
-
-    def on_failure(self, now: float, error: Exception) -> list[Command]:
-        """Begin anew."""
-        self.forget()
-        return []
-
     def _after(self, commands: list[Command]) -> list[Command]:
         """Begin anew when the robot stands again, or has fallen."""
         if self._walk is not None and not self._walk.running:

@@ -25,7 +25,7 @@ from walking.pattern.state import WalkState
 from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
 
-from motion_execution.judge import failed, fell, off_track, silent
+from motion_execution.judge import fell, off_track
 from motion_execution.settings import ExecutionSettings
 
 STANDS = "the driver finishes the trajectory that it has, which ends with the robot standing"
@@ -178,6 +178,10 @@ class Stepping(Motion):
         """Make no further step: the one whose motion was sent is finished, and the robot stands."""
         self._end_at_rest(Outcome.STOPPED, why or "the motion was stopped, as requested")
 
+    def give_up(self, why: str) -> None:
+        """End without a command: the driver finishes what it has, and the robot stands."""
+        super().give_up(f"{why}; {STANDS}")
+
     def prepare_next(self) -> None:
         """Plan how the robot comes to rest after the next step, while there is time for it."""
         sent = self._sent
@@ -207,16 +211,6 @@ class Stepping(Motion):
         if not why or not self.running:
             return []
         return [*self._ended(Outcome.FELL, why), Command(0.0, None)]
-
-    def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
-        """Make no further step."""
-        self.give_up(f"{silent(topic, waited, limit)}; {STANDS}")
-        return []
-
-    def on_failure(self, now: float, error: Exception) -> list[Command]:
-        """Make no further step."""
-        self.give_up(f"{failed(error)}; {STANDS}")
-        return []
 
     # -- what a motion adds to ---------------------------------------------------------------------
 
