@@ -23,6 +23,17 @@ class Outcome(enum.Enum):
     LEAF_LOST = "leaf lost"
 
 
+def silent(topic: str, waited: float, limit: float) -> str:
+    """Reason for a topic without a message for a time that exceeds its limit, both in [s]."""
+    return (f"no message has arrived on {topic} for {waited:.2f} s, at most {limit:g} s are "
+            "allowed")
+
+
+def failed(error: Exception) -> str:
+    """Reason for an error of the program."""
+    return f"the program failed: {type(error).__name__}: {error}"
+
+
 class Motion:
     """A hit, a walk or a passage.
 
@@ -94,8 +105,10 @@ class Motion:
 
     def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
         """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
-        raise NotImplementedError
+        self.give_up(silent(topic, waited, limit))
+        return []
 
     def on_failure(self, now: float, error: Exception) -> list[Command]:
         """Handle an error of the program: end the motion as safely as possible."""
-        raise NotImplementedError
+        self.give_up(failed(error))
+        return []

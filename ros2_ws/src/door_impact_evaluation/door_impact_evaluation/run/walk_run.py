@@ -17,8 +17,9 @@ from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import Measured
 from motion_execution.walk.guard import Guard
 from motion_execution.walk.start import Standing, start_state
-from motion_execution.walk.walk import Outcome, Walk
-from robot_driver.inputs import Motion
+from motion_execution.walk.stepping import Stepping
+from motion_execution.walk.walk import Walk
+from robot_driver.motion import Motion, Outcome
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
 from walking.pattern.plan import plan_walk
@@ -75,7 +76,7 @@ class Walked:
 
     plan: WalkPlan
     begin: float
-    execution: Walk
+    execution: Stepping
     log: simulation_log.SimulationLog
     support: Support
     off: Pose
@@ -148,9 +149,9 @@ def walk(
 
 def execute(
     world: World, robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), *,
-    step_change: bool = True, execution: Walk | None = None, events: Events | None = None,
+    step_change: bool = True, execution: Stepping | None = None, events: Events | None = None,
     afterwards: float = AFTERWARDS,
-) -> tuple[Walk, float]:
+) -> tuple[Stepping, float]:
     """Let a world's robot walk and then stand, or until it falls.
 
     The execution gets the sensor data that a robot would send.
@@ -239,7 +240,7 @@ def _events(motion: Motion, sample: TickSample, *, complete: bool = True) -> lis
 
 
 def _judged(
-    robot: RobotModel, execution: Walk, begin: float, plan: WalkPlan,
+    robot: RobotModel, execution: Stepping, begin: float, plan: WalkPlan,
     log: simulation_log.SimulationLog, pushes: Sequence[Push],
 ) -> Walked:
     """Measure a walk in the simulation's log."""

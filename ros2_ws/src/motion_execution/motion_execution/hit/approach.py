@@ -77,15 +77,7 @@ class Approach(Following):
     @classmethod
     def of(cls, run: Run, phase: str, sent: Reference, last: float,
            probe: LeafProbe | None) -> Approach:
-        """Make the state for a phase.
-
-        Args:
-            run: What all states of the execution share.
-            phase: Name of the slow phase.
-            sent: Trajectory of all phases up to the end of run-up or probe.
-            last: Time at which run-up or probe end at rest, on the robot's clock [s].
-            probe: The probe; None if there is none.
-        """
+        """Make the state for a slow phase."""
         following = run.approach[run.approach.index(phase) + 1]
         return cls(run=run, phase=phase, begin=run.starts[phase], end=run.starts[following],
                    sent=sent, last=last, probe=probe)

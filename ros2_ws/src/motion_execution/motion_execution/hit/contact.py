@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from door_impact_common.arrays import Array
 
-from motion_execution.hit.types import ExecutionSettings
+from motion_execution.settings import ExecutionSettings
 
 _BEFORE = 8  # number of readings whose median is expected of the next ones
 _IN_CONTACT = 2  # number of the newest readings, which may be in the contact

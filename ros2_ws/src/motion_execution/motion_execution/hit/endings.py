@@ -10,6 +10,7 @@ from robot_driver.motion import Outcome
 
 from motion_execution.hit import reasons
 from motion_execution.hit.state import Following, Reaction
+from motion_execution.judge import off_track
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,8 +24,8 @@ class _Ending(Following):
             return self.stop_driver(Outcome.STOPPED, reasons.stopped(self.phase))
         if now < self.end:
             return Reaction(self)
-        why = reasons.off_track(position, self.sent.knots.position[-1], run.joint_names,
-                                run.settings.tracking, f"the {self.phase} ends")
+        why = off_track(position, self.sent.knots.position[-1], run.joint_names,
+                        run.settings.tracking, f"the {self.phase} ends")
         if why:
             return self.ended(Outcome.NOT_FOLLOWED, why)
         return self._judged()

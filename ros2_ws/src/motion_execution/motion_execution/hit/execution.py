@@ -22,11 +22,11 @@ from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.samples import ImuSample
 from impact_planner.errors import InvalidRequest
-from robot_driver.motion import Motion
+from robot_driver.motion import Motion, failed, silent
 
-from motion_execution.hit import reasons
 from motion_execution.hit.approach import Waiting
 from motion_execution.hit.contact import ContactDetector
+from motion_execution.hit.point_b import PointB
 from motion_execution.hit.probe import LeafProbe
 from motion_execution.hit.run import Run
 from motion_execution.hit.speed_of_b import SpeedOfB
@@ -37,10 +37,8 @@ from motion_execution.hit.types import (
     RUN_UP,
     SCALED,
     ExecutablePlan,
-    ExecutionSettings,
-    Kinematics,
-    Measured,
 )
+from motion_execution.settings import ExecutionSettings
 
 
 class Execution(Motion):
@@ -51,19 +49,24 @@ class Execution(Motion):
 
     Args:
         plan: The plan.
-        point_b: Speed of point B, and the door's direction for the IMU.
+        point_b: Kinematics of point B.
         settings: Thresholds; None means the default thresholds.
         speed_scale: Factor on the speed of the phases before the run-up, above 0 and at most 1.
         joint_names: Joint names in the order of the knots' columns; empty if `reason` need not name
             joints.
         probe: Whether the elbow touches the leaf slowly before the run-up.
 
+    Attributes:
+        phase: Name of the present phase.
+        measured: Measurements until now.
+        starts: When each phase began or will begin, by its name, on the robot's clock [s].
+
     Raises:
         InvalidRequest: The speed scale is out of range, or the run-up too short for a probe.
     """
 
     def __init__(
-        self, plan: ExecutablePlan, point_b: Kinematics,
+        self, plan: ExecutablePlan, point_b: PointB,
         settings: ExecutionSettings | None = None, speed_scale: float = 1.0,
         joint_names: Sequence[str] = (), *, probe: bool = False,
     ) -> None:
@@ -81,18 +84,10 @@ class Execution(Motion):
         self._waiting = Waiting(run=self._run, probe=LeafProbe(
             plan, settings, away, point_b.reach) if probe else None)
         self._state: State = self._waiting
+        self.phase, self.measured, self.starts = (
+            self._waiting.phase, self._run.measured, self._run.starts)
 
     # -- state and measurements -----------------------------------------------------------------
-
-    @property
-    def phase(self) -> str:
-        """Name of the present phase."""
-        return self._state.phase
-
-    @property
-    def measured(self) -> Measured:
-        """Measurements until now."""
-        return self._run.measured
 
     @property
     def door_angle(self) -> float:
@@ -103,11 +98,6 @@ class Execution(Motion):
     def turned_round(self) -> bool:
         """Whether the door's peak was detected."""
         return self._run.turned_round
-
-    @property
-    def starts(self) -> dict[str, float]:
-        """When each phase began or will begin, by its name, on the robot's clock [s]."""
-        return dict(self._run.starts)
 
     @property
     def planned_contact(self) -> float:
@@ -204,7 +194,7 @@ class Execution(Motion):
     def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
         """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
         return self._enter(
-            self._state.on_silence(now, reasons.no_message(topic, waited, limit)))
+            self._state.on_silence(now, silent(topic, waited, limit)))
 
     def on_failure(self, now: float, error: Exception) -> list[Command]:
         """Handle an error of the program: stop the driver if the robot keeps its balance.
@@ -214,15 +204,16 @@ class Execution(Motion):
             error: The error.
         """
         try:
-            return self._enter(self._state.on_silence(now, reasons.failed(error)))
+            return self._enter(self._state.on_silence(now, failed(error)))
         except Exception:  # what failed once may fail again
-            self.give_up(reasons.failed(error))
+            self.give_up(failed(error))
             return []
 
     def _enter(self, reaction: Reaction) -> list[Command]:
         """Enter the state that follows an event, and return the commands."""
         before, self._state = self._state, reaction.state
-        self.outcome, self.reason = self._state.outcome, self._state.reason
+        self.outcome, self.reason, self.phase = (
+            self._state.outcome, self._state.reason, self._state.phase)
         if self._state is not before and self.running:
-            self._run.starts.setdefault(self._state.phase, self._state.begin)
+            self.starts.setdefault(self._state.phase, self._state.begin)
         return list(reaction.commands)

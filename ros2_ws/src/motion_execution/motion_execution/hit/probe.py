@@ -28,11 +28,11 @@ from robot_driver.motion import Outcome
 
 from motion_execution.hit import reasons
 from motion_execution.hit.contact import Contact, ContactDetector, Sensor
-from motion_execution.hit.endings import Retreat
 from motion_execution.hit.preflight import DOOR_TOLERANCE
-from motion_execution.hit.state import Following, Reaction, Reference
-from motion_execution.hit.states import RunUp, there_and_back
-from motion_execution.hit.types import PROBE, RUN_UP, ExecutablePlan, ExecutionSettings
+from motion_execution.hit.state import Reaction, Reference
+from motion_execution.hit.states import RunUp, TowardsDoor, there_and_back
+from motion_execution.hit.types import PROBE, RUN_UP, ExecutablePlan
+from motion_execution.settings import ExecutionSettings
 
 SPEED = 0.05  # of B on its way to the leaf [m/s]
 _STOPS = 0.2  # time from the touch to rest, in which B goes on by some 5 mm [s]
@@ -124,7 +124,7 @@ class LeafProbe:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Probing(Following):
+class _Probing(TowardsDoor):
     """A state of the probe, in which a stop is the driver's own: the robot is slow.
 
     Attributes:
@@ -155,13 +155,6 @@ class _Probing(Following):
     def _over(self, now: float, position: Array) -> Reaction:
         """React when the time of the state is over."""
         raise NotImplementedError
-
-    def _end_in(self, outcome: Outcome, why: str) -> Reaction:
-        """Let the driver follow its trajectory back; no hit follows."""
-        end = self.sent.end + self.run.settings.judged_after
-        return Reaction(Retreat(
-            run=self.run, phase="retreat", begin=self.end, end=end, sent=self.sent,
-            outcome_at_end=outcome, reason_at_end=reasons.went_back(why)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,7 +194,7 @@ class Searching(_Probing):
     def _over(self, now: float, position: Array) -> Reaction:
         if now <= self.end + self.run.settings.late:
             return self.compared(now, position)
-        return self._end_in(Outcome.NO_CONTACT, reasons.NO_LEAF)
+        return self.follow_back(self.end, Outcome.NO_CONTACT, reasons.NO_LEAF)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,12 +204,12 @@ class Touched(_Probing):
     def _over(self, now: float, position: Array) -> Reaction:
         run, probe = self.run, self.probe
         if not probe.gives:
-            return self._end_in(*(
+            return self.follow_back(self.end, *(
                 (Outcome.LOCKED, reasons.locked(probe.off)) if probe.felt else
                 (Outcome.NO_CONTACT, reasons.NOT_FELT)))
         run.later = probe.later(probe.off)
         if abs(run.later) > run.plan.steady_time:
-            return self._end_in(Outcome.NO_CONTACT, reasons.elsewhere(probe.off))
+            return self.follow_back(self.end, Outcome.NO_CONTACT, reasons.elsewhere(probe.off))
         run.steady = probe.later(probe.off + _SURE) - run.later
         return Reaction(Returning(
             run=run, phase=PROBE, begin=self.begin,

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from door_impact_common.arrays import Array
 from robot_driver.motion import Outcome
 
 MISSED = ("no contact was detected: neither IMU and feet nor the door's encoder showed one before "
@@ -41,23 +40,6 @@ def stopped(phase: str) -> str:
     return f"the motion was stopped in the phase {phase}, as requested"
 
 
-def no_message(topic: str, seconds: float, limit: float) -> str:
-    """Reason for a topic without a message for a time that exceeds its limit, both in [s]."""
-    return (f"no message has arrived on {topic} for {seconds:.2f} s, at most {limit:g} s are "
-            "allowed")
-
-
-def failed(error: Exception) -> str:
-    """Reason for an error of the program."""
-    return f"the executor failed: {type(error).__name__}: {error}"
-
-
-def fell(tilt: float, limit: float) -> str:
-    """Reason for a tilt of the trunk that exceeds its limit, both in [rad]."""
-    return (f"the robot fell: its trunk is tilted by {np.degrees(tilt):.1f} deg, at most "
-            f"{np.degrees(limit):.1f} deg are allowed")
-
-
 def contact_too_late(late: float, limit: float) -> str:
     """Reason for a contact that was noticed later than its limit, both in [s]."""
     return (f"the contact was noticed {late:.2f} s late, at most {limit:g} s are allowed: the "
@@ -77,13 +59,7 @@ def no_peak(longest: float) -> str:
 
 
 def too_far_off(peak: float, desired: float, limit: float) -> str:
-    """Reason for a door that is not caught.
-
-    Args:
-        peak: Largest angle of the door [rad].
-        desired: Desired angle [rad].
-        limit: Largest allowed difference between the two [rad].
-    """
+    """Reason for a door whose peak is too far from the desired angle to be caught [rad]."""
     return (f"the door opened to {np.degrees(peak):.1f} deg, {np.degrees(desired):.1f} deg were "
             f"desired, and the arm catches it within {np.degrees(limit):.1f} deg of that")
 
@@ -115,24 +91,3 @@ def held_verdict(
         f"{np.degrees(spread):.1f} deg at the end, {np.degrees(planned):.1f} deg were planned, and "
         f"{'' if anywhere else 'an error and '}a movement of at most {np.degrees(limit):.1f} deg "
         f"{'is' if anywhere else 'are'} allowed")
-
-
-def off_track(
-    position: Array, wanted: Array, names: Sequence[str], limit: float, where: str
-) -> str:
-    """Reason for a robot that does not follow its trajectory; empty where it does.
-
-    Args:
-        position: Joint positions, (J,) [rad].
-        wanted: Joint positions of the trajectory, (J,) [rad].
-        names: Names of the joints; may be empty.
-        limit: Largest allowed distance of a joint from the trajectory [rad].
-        where: Clause that describes the wanted positions, such as "the hold ends".
-    """
-    off = np.abs(position - wanted)
-    worst = int(np.argmax(off))
-    if off[worst] <= limit:
-        return ""
-    name = names[worst] if names else f"joint {worst}"
-    return (f"{name} is {off[worst]:.3f} rad from where {where}, at most {limit:g} rad are "
-            "allowed: the driver refused the trajectory or cannot follow it")

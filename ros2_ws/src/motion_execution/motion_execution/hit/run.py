@@ -16,9 +16,9 @@ from motion_execution.hit.types import (
     APPROACH,
     RUN_UP,
     ExecutablePlan,
-    ExecutionSettings,
     Measured,
 )
+from motion_execution.settings import ExecutionSettings
 
 _RECENT = 30  # number of the last door angles, from which the end of a hold is judged
 

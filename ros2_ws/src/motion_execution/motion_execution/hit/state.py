@@ -12,8 +12,8 @@ from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
 from robot_driver.motion import Outcome
 
-from motion_execution.hit import reasons
 from motion_execution.hit.run import Run
+from motion_execution.judge import fell, off_track
 
 
 class Reaction(NamedTuple):
@@ -90,10 +90,8 @@ class State:
 
     def on_tilt(self, tilt: float) -> Reaction:
         """Handle a tilt of the trunk [rad]: stop the driver when the robot falls."""
-        limit = self.run.settings.fall_tilt
-        if tilt > limit:
-            return self.stop_driver(Outcome.FELL, reasons.fell(tilt, limit))
-        return Reaction(self)
+        why = fell(tilt, self.run.settings.fall_tilt)
+        return self.stop_driver(Outcome.FELL, why) if why else Reaction(self)
 
     def on_silence(self, now: float, why: str) -> Reaction:
         """Handle a topic without a message: stop the driver if the robot keeps its balance.
@@ -150,8 +148,8 @@ class Following(State):
             position: Joint positions, (J,) [rad].
         """
         run = self.run
-        why = reasons.off_track(position, self.sent.position(now), run.joint_names,
-                                run.settings.tracking, "its trajectory is")
+        why = off_track(position, self.sent.position(now), run.joint_names,
+                        run.settings.tracking, "its trajectory is")
         if not why:
             return Reaction(self)
         return self.stop_driver(

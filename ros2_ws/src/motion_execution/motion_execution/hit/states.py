@@ -63,7 +63,7 @@ def there_and_back(path: Knots, rest: float, back: float) -> Knots:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _TowardsDoor(Following):
+class TowardsDoor(Following):
     """A state whose trajectory ends in a retreat."""
 
     def follow_back(self, begin: float, outcome: Outcome, why: str) -> Reaction:
@@ -81,7 +81,7 @@ class _TowardsDoor(Following):
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunUp(_TowardsDoor):
+class RunUp(TowardsDoor):
     """The robot runs up; its trajectory goes on past the planned contact, to rest, and back."""
 
     def on_joint_state(self, now: float, position: Array, velocity: Array) -> Reaction:
@@ -197,7 +197,7 @@ class Stopping(Following):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AfterHit(_TowardsDoor):
+class AfterHit(TowardsDoor):
     """The robot comes to rest after the hit while the door opens to its peak.
 
     Attributes:

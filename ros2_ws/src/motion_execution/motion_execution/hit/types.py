@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from door_impact_common.arrays import Array
 from humanoid_motion.knots import Knots
 from impact_planner.errors import InvalidRequest
 from impact_planner.task.settings import ENDINGS
@@ -31,109 +30,6 @@ _RANGES = {  # least and largest plausible number of a plan, in its own unit
     "desired_angle": (0.0, np.pi),
     "stop_duration": (0.05, _LONGEST),
 }
-
-
-class Kinematics(Protocol):
-    """What an execution needs of the robot; `PointB` has it."""
-
-    def speed(self, position: Array, velocity: Array, rate: Array) -> float:
-        """Calculate the speed of B towards the door [m/s].
-
-        Args:
-            position: Joint angles, (J,) [rad].
-            velocity: Joint speeds, (J,) [rad/s].
-            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
-        """
-
-    def away_from_door(self, position: Array) -> Array:
-        """Return the horizontal unit vector away from the door in the IMU's frame, (3,).
-
-        Args:
-            position: Joint angles, (J,) [rad].
-        """
-
-    def reach(self, position: Array) -> float:
-        """Calculate how far B is from the standing sole towards the door [m].
-
-        Args:
-            position: Joint angles, (J,) [rad].
-        """
-
-
-@dataclass(frozen=True)
-class ExecutionSettings:
-    """Thresholds of the execution.
-
-    Attributes:
-        lead: Time from sending the whole motion to its start, which a loaded machine needs [s].
-        splice: Time from sending a stop, or the motion after a contact that was detected late, to
-            its start [s].
-        judged_after: Time from the end of the hold or the retreat to its judgement [s].
-        felt_force: Force of the floor on the feet towards the door above which a contact is
-            detected [N].
-        contact_deceleration: Specific force of the trunk away from the door, above what the run-up
-            needs, from which on a reading shows a contact if the one before it has risen already
-            [m/s^2]. In the simulation the readings of the run-up differ by at most 0.2, the second
-            one of a hit by 18 to 39.
-        force_delay: Time from the begin of the contact to the stamp of the wrenches that show it
-            [s]. On gears that give, a mean over a tick of the driver exceeds `felt_force` 9 to
-            16 ms after the begin.
-        door_moves: Angular velocity of the door above which a contact is detected that the feet
-            did not show [rad/s].
-        late: Time after the end of the run-up at which a contact counts as missed [s]. The angle
-            of a door that moves may arrive late.
-        after_hit: Times after the begin of the contact between which v'_rB is measured [s]. Before
-            them B trembles on gears that give, after them the legs have slowed it down.
-        settle: Time after a stop at which the robot is at rest [s].
-        peak_drop: Angle by which the door must fall back for its peak to be detected [rad].
-        back_to_plan: Time within which a retreat from a door that stood nearer or farther returns
-            to the plan [s].
-        fall_tilt: Tilt of the trunk above which the robot has fallen [rad].
-        tracking: Largest distance between a joint and its trajectory [rad].
-        hold_within: Largest distance between the door's peak and the desired angle at which the
-            arm catches the door [rad].
-        late_event: Largest delay of an event at which the command that depends on it is still sent
-            [s]: of a contact, and of the door's peak beyond the delay that the hold is planned for.
-        goes_back: Time from the planned peak of the door, or from the end of a run-up without a
-            contact, to the retreat that the driver begins by itself if no command arrives [s].
-        back_from_miss: Duration of the retreat along the run-up after a missed contact [s].
-        stale: Largest difference between the stamps of the door's angle and of the joints [s].
-        held_within: Largest distance between the door and the desired angle at the end [rad].
-    """
-
-    lead: float = 0.5
-    splice: float = 0.005
-    judged_after: float = 0.2
-    felt_force: float = 80.0
-    contact_deceleration: float = 5.0
-    force_delay: float = 0.012
-    door_moves: float = 0.15
-    late: float = 0.1
-    after_hit: tuple[float, float] = (0.045, 0.09)
-    settle: float = 0.02
-    peak_drop: float = 0.0009
-    back_to_plan: float = 0.6
-    fall_tilt: float = float(np.radians(30.0))
-    tracking: float = 0.1
-    hold_within: float = float(np.radians(6.0))
-    late_event: float = 0.1
-    goes_back: float = 0.5
-    back_from_miss: float = 2.5
-    stale: float = 2.0
-    held_within: float = float(np.radians(2.0))
-
-    def __post_init__(self) -> None:
-        """Check the thresholds that are parameters of the node.
-
-        Raises:
-            InvalidRequest: A threshold is not a finite number above 0.
-        """
-        for name, unit in (("felt_force", "N"), ("contact_deceleration", "m/s^2")):
-            value = getattr(self, name)
-            if not 0.0 < value < np.inf:
-                raise InvalidRequest(
-                    f"{name} is {value:g} {unit}, must be finite and above 0 {unit}",
-                    quantity=f"{name} [{unit}]", value=value, limit=0.0)
 
 
 @dataclass(frozen=True)
@@ -212,6 +108,9 @@ class ExecutablePlan:
                                  quantity="phases", value=", ".join(missing))
         run_up = float(self.phases[RUN_UP].time[-1])
         ranges = dict(_RANGES)
+        for name in ("contact_time", "point_of_no_return", "switch_time"):  # within the run-up
+            least, most = ranges.get(name, (0.0, run_up))
+            ranges[name] = least, min(most, run_up)
         if "hold" in self.phases:
             ranges["held_angle"] = _RANGES["desired_angle"]
         for name, (least, most) in ranges.items():
@@ -220,13 +119,6 @@ class ExecutablePlan:
                 raise InvalidRequest(
                     f"{name} of the plan is {value:g}, must be from {least:g} to {most:g}",
                     quantity=name, value=value, limit=(least, most))
-        for name, value in (("contact_time", self.contact_time),
-                            ("point_of_no_return", self.point_of_no_return),
-                            ("switch_delay", self.switch_time)):
-            if value > run_up:
-                raise InvalidRequest(
-                    f"{name} of the plan is {getattr(self, name):g} s, but its run-up ends after "
-                    f"{run_up:g} s", quantity=name, value=getattr(self, name), limit=run_up)
 
     @property
     def ending(self) -> str:

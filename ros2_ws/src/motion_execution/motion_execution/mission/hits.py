@@ -13,11 +13,11 @@ from robot_driver.names import DOOR
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import STANDING_SIDE, PointB
 from motion_execution.hit.preflight import require_ready, require_speed_scale
-from motion_execution.hit.types import ExecutionSettings
 from motion_execution.mission.body import PATIENCE, STANDING, Body
 from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.link import Link
 from motion_execution.mission.order import Order
+from motion_execution.settings import ExecutionSettings
 
 TOPICS = (*STANDING, DOOR)
 PROBES = ("auto", "on", "off")
@@ -77,8 +77,7 @@ class Hits:
                 plan.executable, self._point_b, self._settings, speed_scale,
                 list(body.model.joint_names), probe=probes)
             command = execution.start(now)
-            assert command.knots is not None
-            require_ready(body.model, plan.executable, command.knots, position,
+            require_ready(body.model, plan.executable, position,
                           body.inputs.door_angle - plan.initial_angle)
         except (InvalidRequest, ValueError, ArithmeticError) as error:  # of any plan's message
             raise GoalRefused("no_plan", f"the plan cannot be executed: {error}") from error

@@ -20,7 +20,6 @@ from walking.passing.settings import PassageSettings
 from walking.pattern.walk_plan import WalkPlan
 
 from motion_execution.hit.execution import Execution
-from motion_execution.hit.types import ExecutionSettings
 from motion_execution.mission.body import Body
 from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.hits import Hits
@@ -30,6 +29,7 @@ from motion_execution.mission.passing import Passed, Passing
 from motion_execution.mission.routine import Routine
 from motion_execution.mission.walks import Walks
 from motion_execution.mission.ways import Wanted, Way, Ways
+from motion_execution.settings import ExecutionSettings
 from motion_execution.walk.goal import WalkGoal
 from motion_execution.walk.walk import Walk
 

@@ -25,7 +25,6 @@ from walking.footsteps.footstep import Pose
 from walking.passing.settings import PassageSettings
 
 from motion_execution.hit.execution import Execution
-from motion_execution.hit.types import ExecutionSettings
 from motion_execution.mission.errors import MotionFailed
 from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.mission import HIT, PASSAGE, WALK, Mission
@@ -33,6 +32,7 @@ from motion_execution.mission.order import Order
 from motion_execution.mission.passing import Passed
 from motion_execution.ros import hit_messages, passage_messages, walk_messages
 from motion_execution.ros.ros_link import RosLink
+from motion_execution.settings import ExecutionSettings
 
 POLL_PERIOD = 0.05  # time between two looks at what no message tells, such as a plan [s]
 STIFFNESSES = (50.0, 2000.0)  # that HandCompliance allows [N/m]

@@ -25,7 +25,7 @@ from walking.footsteps.footstep import Footstep
 from walking.pattern.plan import plan_walk
 from walking.pattern.state import WalkState
 
-from motion_execution.walk.settings import ExecutionSettings
+from motion_execution.settings import ExecutionSettings
 from motion_execution.walk.start import require_near
 from motion_execution.walk.walk import Walk
 
@@ -113,16 +113,6 @@ class Guard(Motion):
         # The motors hold the posture only nearly: the driver joins from its own reference.
         return [replace(command, knots=command.knots and without_first(command.knots))
                 for command in self._walk.on_measured(now, measured)]
-
-    def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
-        """Begin anew."""
-        self.forget()
-        return []
-
-    def on_failure(self, now: float, error: Exception) -> list[Command]:
-        """Begin anew."""
-        self.forget()
-        return []
 
     def _after(self, commands: list[Command]) -> list[Command]:
         """Begin anew when the robot stands again, or has fallen."""

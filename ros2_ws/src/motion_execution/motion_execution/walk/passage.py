@@ -6,15 +6,15 @@ import math
 
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.samples import Measured
+from robot_driver.motion import Outcome
 from walking.passing.passage import PassagePlan
 from walking.passing.watch import Watch, WatchSettings
 
-from motion_execution.walk.settings import ExecutionSettings
-from motion_execution.walk.walk import Walk
+from motion_execution.settings import ExecutionSettings
+from motion_execution.walk.stepping import Stepping
 
 STANDS = "the robot stands"
-AT_LEAF = ExecutionSettings(lead=0.2, commit=0.35, restarts=0)
+AT_LEAF = ExecutionSettings(lead=0.2, commit=0.35)
 """Thresholds of motions that begin in the posture that was commanded last.
 
 The driver therefore joins sooner than in a walk. Each step is sent earlier: a passage that came to
@@ -22,8 +22,11 @@ rest because a message was late is not taken up again, as the leaf would not wai
 """
 
 
-class Passage(Walk):
+class Passage(Stepping):
     """One passage. A stop finishes the step, and the hand comes to rest where it is on the leaf.
+
+    It ends with LEAF_LOST where the leaf was not where it should be. A push does not change the
+    steps: the hand could not follow others.
 
     Args:
         plan: The passage.
@@ -33,7 +36,6 @@ class Passage(Walk):
     Attributes:
         passage: The plan.
         watch: The watch over leaf and hand.
-        lost: Whether the leaf was lost.
         release_angle: Angle of the leaf when the hand let it go [rad]; NaN before.
 
     Raises:
@@ -48,7 +50,6 @@ class Passage(Walk):
                          free=robot.arm_columns.tolist() if yields else ())
         self.passage = plan
         self.watch = Watch(plan.push.at, limits)
-        self.lost = False
         self.release_angle = math.nan
 
     def stage(self, now: float) -> str:
@@ -74,10 +75,6 @@ class Passage(Walk):
         way = self.passage.route.clear
         return clear if now >= clear and self.steps_made(now) >= way else math.nan
 
-    def on_measured(self, now: float, measured: Measured) -> list[Command]:
-        """Leave the steps as they are after a push: the hand could not follow others."""
-        return []
-
     def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
         """Handle an angle of the leaf [rad] with a stamp [s]."""
         time = self.since(now)
@@ -86,8 +83,7 @@ class Passage(Walk):
         elif 0.0 <= time <= self.passage.push.release and self._goes_on:
             why = self.watch.on_door(time, angle)
             if why:
-                self.lost = True
-                self.stop(f"{why}; {STANDS}")
+                self._end_at_rest(Outcome.LEAF_LOST, f"{why}; {STANDS}")
         return []
 
     def on_hand(self, now: float, force: float) -> list[Command]:
@@ -105,6 +101,6 @@ class Passage(Walk):
 
     def _released(self, now: float) -> bool:
         """Return whether the hand has let the leaf go at a time [s], as far as steps were sent."""
-        release, steps = self.passage.push.release, len(self.plan.footsteps)
-        sent = self._sent == steps or self.plan.begin_of(self._sent) > release
-        return sent and self.since(now) > release
+        release, sent = self.passage.push.release, self._sent
+        ahead = sent.complete or self.plan.begin_of(sent.steps) > release
+        return ahead and self.since(now) > release

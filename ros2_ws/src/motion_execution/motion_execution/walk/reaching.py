@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
-from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.samples import Measured
 from robot_driver.motion import Outcome
 from walking.passing.reach import Reach
 from walking.passing.watch import Watch, WatchSettings
 
 from motion_execution.walk.passage import AT_LEAF, STANDS
-from motion_execution.walk.walk import Walk
+from motion_execution.walk.stepping import Stepping
 
 TOUCHED = 5.0
 """Force on the hand above which it has met something, a mean over 20 ms [N]."""
@@ -23,22 +22,23 @@ _MOVED = math.radians(0.3)  # angle of the leaf beyond which it gives way to the
 _BRAKE = 0.2  # time in which the robot comes to rest [s]
 
 
-class Reaching(Walk):
+class Reaching(Stepping):
     """One motion of the hand to the leaf. A stop, too, brings all joints to rest at once.
 
+    It ends with NO_CONTACT where the hand meets nothing.
+
     Args:
-        reach: The motion.
+        reach: The motion, without footsteps.
 
     Attributes:
         watch: The watch over leaf and hand.
         touched: Whether the hand has met something, or the leaf has moved.
-        missed: Whether the motion has ended without that.
     """
 
     def __init__(self, robot: RobotModel, reach: Reach) -> None:
         super().__init__(robot, reach.walk, reach.pattern, AT_LEAF)
         self.watch = Watch(np.zeros_like, WatchSettings(_MOVED, 0.0, TOUCHED, 0.0))
-        self.touched = self.missed = False
+        self.touched = False
 
     def stage(self, now: float) -> str:
         """Return what happens: reach."""
@@ -47,10 +47,6 @@ class Reaching(Walk):
     def yields_at(self, now: float) -> bool:
         """Return that the hand is stiff, as before a passage after a hit."""
         return False
-
-    def on_measured(self, now: float, measured: Measured) -> list[Command]:
-        """Make no step after a push."""
-        return []
 
     def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
         """Handle an angle of the leaf [rad] with a stamp [s]."""
@@ -62,27 +58,23 @@ class Reaching(Walk):
         self.touched |= bool(self.watch.on_hand(now, force))
         return []
 
-    def on_joints(self, now: float, position: Array, velocity: Array) -> list[Command]:
-        """Handle joint positions [rad] and speeds [rad/s], (J,) each; brake at the leaf."""
-        commands = super().on_joints(now, position, velocity)
-        begin = max(0.0, self.since(now + self.lag + self._settings.splice))
-        brakes = begin >= self._knots.time[-1] - _BRAKE
-        if not self.running or brakes or not (self.touched or self._stopping):
-            return commands
-        place, speed, bend = (rows[0] for rows in self._knots.at(begin))
+    def _under_way(self, present: float) -> list[Command]:
+        """Brake at the leaf, or after a stop."""
+        begin = max(0.0, self.since(present + self._settings.splice))
+        brakes = begin >= self._sent.knots.time[-1] - _BRAKE
+        if brakes or not (self.touched or self._stopping):
+            return []
+        place, speed, bend = (rows[0] for rows in self._sent.knots.at(begin))
         still = np.zeros_like(speed)
-        self._knots = Knots(
+        self._sent = replace(self._sent, knots=Knots(
             np.array([begin, begin + _BRAKE]), np.array([place, place + 0.5 * _BRAKE * speed]),
-            np.array([speed, still]), np.array([bend, still]))
-        return [Command(self._origin, self._knots)]
+            np.array([speed, still]), np.array([bend, still])))
+        return [self._sent.command]
 
     def _at_rest(self, present: float) -> list[Command]:
-        """End; without a contact as stopped."""
-        commands = super()._at_rest(present)
-        self.missed = self.outcome is Outcome.SUCCESS and not self.touched
-        if self.missed:
-            return self._ended(
-                Outcome.STOPPED, f"the hand has not met the closed leaf: the force on it was at "
-                f"most {self.watch.largest_force:.1f} N, more than {TOUCHED:g} N were expected; "
-                f"{STANDS}")
-        return commands
+        """End; without a contact as such."""
+        if self.touched or self._stopping:
+            return super()._at_rest(present)
+        return self._ended(
+            Outcome.NO_CONTACT, "the hand has not met the closed leaf: the force on it was at most "
+            f"{self.watch.largest_force:.1f} N, more than {TOUCHED:g} N were expected; {STANDS}")

@@ -17,6 +17,8 @@ from walking.footsteps.footstep import Pose, Stance
 from walking.pattern.settings import WalkSettings
 from walking.pattern.state import WalkState, resting, standing, untwisted
 
+from motion_execution.judge import farthest
+
 TILT = math.radians(3.0)  # largest tilt of the trunk at the beginning of a walk [rad]
 LEVEL = 0.015  # largest difference in height of the soles [m]
 FLAT = math.radians(3.0)  # largest tilt of a sole [rad]
@@ -60,10 +62,8 @@ def start_state(
         HumanoidMotionError: The legs cannot take this posture with an upright trunk.
     """
     _require(found.tilt, TILT, "tilt of the trunk [rad]", "has the robot fallen?")
-    speed = np.abs(found.velocity)
-    fastest = int(np.argmax(speed))
-    _require(speed[fastest], STILL, f"speed of {robot.joint_names[fastest]} [rad/s]",
-             "a walk begins at rest")
+    name, speed = farthest(found.velocity, np.zeros_like(found.velocity), robot.joint_names)
+    _require(speed, STILL, f"speed of {name} [rad/s]", "a walk begins at rest")
     stance, height = _feet(robot, found)
     legs = [column for columns in robot.leg_columns.values() for column in columns]
     plain = standing(robot, stance)
@@ -85,10 +85,9 @@ def require_near(robot: RobotModel, first: Array, position: Array) -> None:
     Raises:
         NotReady: A joint is too far away.
     """
-    off = np.abs(position - first)
-    worst = int(np.argmax(off))
-    _require(off[worst], WALK_START,
-             f"distance of {robot.joint_names[worst]} from the walk's first posture [rad]",
+    name, off = farthest(position, first, robot.joint_names)
+    _require(off, WALK_START,
+             f"distance of {name} from the walk's first posture [rad]",
              "the robot is not in a posture from which it can walk")
 
 

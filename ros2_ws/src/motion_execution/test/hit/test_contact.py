@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from motion_execution.hit.contact import ContactDetector, Sensor
-from motion_execution.hit.types import ExecutionSettings
+from motion_execution.settings import ExecutionSettings
 
 TICK = 0.005  # period of the driver [s]
 AWAY = np.array([0.0, 1.0, 0.0])  # direction away from the door in the IMU's frame

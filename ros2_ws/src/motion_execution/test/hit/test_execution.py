@@ -13,7 +13,7 @@ from impact_planner.errors import InvalidRequest
 from impact_planner.task.settings import PlannerSettings
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
-from motion_execution.hit.types import ExecutionSettings
+from motion_execution.settings import ExecutionSettings
 from robot_driver.motion import Outcome
 
 # Feet on stiff gears, which show the contact before the switch.

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
-from motion_execution.hit.types import ExecutionSettings
+from motion_execution.settings import ExecutionSettings
 from robot_driver.freshness import Freshness
 from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival, Intake, Plausible

@@ -41,9 +41,8 @@ def checked(robot, message) -> Execution:
     """An execution after all checks, as the node makes it."""
     plan = executable(message, robot.joint_names)
     execution = Execution(plan, PointB(robot))
-    command = execution.start(0.0)
-    require_ready(robot, plan, command.knots, plan.phases["prepare"].position[0],
-                  0.0 - message.initial_angle)
+    require_ready(robot, plan, plan.phases["prepare"].position[0], 0.0 - message.initial_angle)
+    execution.start(0.0)
     return execution
 
 
