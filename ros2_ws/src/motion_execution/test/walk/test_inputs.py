@@ -82,4 +82,4 @@ def test_a_clock_that_goes_back_ends_the_walk_and_forgets_everything(robot, ahea
     rig.inputs.forget()
     assert rig.walk.outcome is Outcome.STOPPED
     assert rig.inputs.joints is None
-    assert not rig.watch.complete
+    assert not rig.watch.complete((JOINTS,))
