@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
 from door_impact_common.arrays import Array
 
 
@@ -28,6 +29,10 @@ class ImuSample:
         """Angle between the z axis of the IMU's frame and the vertical [rad]."""
         x, y = self.orientation[:2]
         return 2.0 * math.asin(min(math.hypot(x, y), 1.0))
+
+
+NO_IMU = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.zeros(3))
+"""Stands for the reading of an IMU that is silent."""
 
 
 @dataclass(frozen=True)

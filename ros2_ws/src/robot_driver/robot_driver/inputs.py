@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
-from humanoid_motion.samples import ImuSample, Measured
+from humanoid_motion.samples import NO_IMU, ImuSample, Measured
 from numpy.typing import ArrayLike
 
 from robot_driver.freshness import Freshness
@@ -21,8 +22,11 @@ from robot_driver.intake import Arrival, Intake, Plausible
 from robot_driver.motion import Motion
 from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
 from robot_driver.ranges import DOOR_ANGLE, FORCE, INERTIAL
+from robot_driver.stamp_matching import ImuMatcher, Match, StampPairer
 
 RECENT = 60  # number of complete samples that are kept, 0.3 s at 200 Hz
+_IMU_PATIENCE = 0.05  # a reading of the IMU counts for samples at most this far from it [s]
+_FEET = "feet"  # both wrenches, as one part of a sample
 
 
 class Inputs:
@@ -31,6 +35,8 @@ class Inputs:
     Args:
         joints: What positions and speeds of the joints can be.
         watches: Watches for silent topics. Each accepted message is noted in each of them.
+        observes: Whether the motion only observes. It gets joint states without speeds (NaN), too,
+            and complete samples of a robot whose IMU is silent, with `NO_IMU`.
 
     Attributes:
         motion: The present motion; None outside one. Its first messages are compared with the last
@@ -42,12 +48,14 @@ class Inputs:
         door_angle: Last angle of the door [rad]; NaN before the first one.
         hand_force: Magnitude of the last force on the right hand [N]; NaN before the first one.
         lag: Time by which the last joint state lagged behind the present [s].
-        recent: The last complete samples, of joints, IMU and wrenches with one stamp.
+        recent: The last complete samples: joints and wrenches of one stamp, and the nearest
+            reading of the IMU.
         intake: The checks, with the number of dropped messages.
     """
 
-    def __init__(self, joints: Plausible, *watches: Freshness) -> None:
+    def __init__(self, joints: Plausible, *watches: Freshness, observes: bool = False) -> None:
         self.motion: Motion | None = None
+        self._observes = observes
         self.intake = Intake({
             JOINTS: joints, IMU: INERTIAL, DOOR: DOOR_ANGLE,
             **dict.fromkeys((*WRENCHES.values(), HAND), FORCE)})
@@ -55,16 +63,25 @@ class Inputs:
         self._clear()
 
     def _clear(self) -> None:
-        self.intake.forget()
         self.joints: tuple[float, Array, Array] | None = None
         self.since = self.tilt = self.door_angle = self.hand_force = math.nan
         self.lag = 0.0
         self.recent: deque[Measured] = deque(maxlen=RECENT)
-        # Stamp [s] and content of the last message of each topic that belongs to a sample.
-        self._parts: dict[str, tuple[float, Any]] = {}
+        self._feet = StampPairer(tuple(WRENCHES))
+        self._samples = StampPairer((JOINTS, _FEET))
+        self._readings = ImuMatcher(_IMU_PATIENCE)
+
+    @property
+    def unpaired(self) -> int:
+        """Number of joint states and wrenches of whose stamp another one is missing."""
+        return self._feet.dropped + self._samples.dropped
 
     def forget(self) -> None:
         """Forget all messages and give up the motion: the robot's clock went back."""
+        self.intake.forget()
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
         self._clear()
         for watch in self._watches:
             watch.forget()
@@ -82,14 +99,15 @@ class Inputs:
         Returns:
             Commands for the driver.
         """
-        if not self._accepted(JOINTS, arrival, np.concatenate([position, velocity])):
+        known = np.nan_to_num(velocity) if self._observes else velocity
+        if not self._accepted(JOINTS, arrival, np.concatenate([position, known])):
             return []
         if self.joints is None:
             self.since = arrival.stamp
         self.joints, self.lag = (arrival.stamp, position, velocity), arrival.lag
         motion = self.motion
         commands = motion.on_joints(arrival.stamp, position, velocity) if motion else []
-        return commands + self._together(JOINTS, arrival.stamp, (position, velocity))
+        return commands + self._together(JOINTS, arrival, (position, velocity))
 
     def on_imu(self, arrival: Arrival, reading: ImuSample) -> list[Command]:
         """Handle a reading of the IMU, as `on_joints`."""
@@ -98,18 +116,19 @@ class Inputs:
             return []
         self.tilt = reading.tilt
         commands = self.motion.on_imu(arrival.stamp, reading) if self.motion else []
-        return commands + self._together(IMU, arrival.stamp, reading)
+        return commands + self._measured(
+            arrival, self._readings.add_reading(arrival.stamp, reading))
 
     def on_wrench(self, side: str, arrival: Arrival, wrench: Array) -> list[Command]:
         """Handle force and torque of the floor on a sole, (6,) [N, N m], as `on_joints`."""
         if not self._accepted(WRENCHES[side], arrival, wrench):
             return []
-        together = self._together(WRENCHES[side], arrival.stamp, wrench)
-        feet = [self._parts.get(topic) for topic in WRENCHES.values()]
-        if self.motion is None or not all(foot and foot[0] == arrival.stamp for foot in feet):
-            return together
-        left, right = (self._parts[WRENCHES[side]][1] for side in ("left", "right"))
-        return self.motion.on_wrenches(arrival.stamp, left, right) + together
+        feet = self._feet.add(side, arrival.stamp, wrench)
+        if feet is None:
+            return []
+        commands = self.motion.on_wrenches(
+            arrival.stamp, feet["left"], feet["right"]) if self.motion else []
+        return commands + self._together(_FEET, arrival, feet)
 
     def on_door(self, arrival: Arrival, angle: float, velocity: float) -> list[Command]:
         """Handle an angle [rad] and an angular velocity [rad/s] of the door, as `on_joints`."""
@@ -138,22 +157,33 @@ class Inputs:
             return []
         return self.motion.on_failure(self.joints[0], error)
 
-    def _together(self, topic: str, stamp: float, content: Any) -> list[Command]:
+    def _together(self, part: str, arrival: Arrival, content: Any) -> list[Command]:
         """Pass on the sample of one time when the last of its messages has arrived."""
-        self._parts[topic] = (stamp, content)
-        if len(self._parts) < 2 + len(WRENCHES) or any(
-                each != stamp for each, _ in self._parts.values()):
-            return []
-        (position, velocity), imu, left, right = (
-            self._parts[name][1] for name in (JOINTS, IMU, WRENCHES["left"], WRENCHES["right"]))
-        measured = Measured(position, velocity, imu, left, right, stamp)
-        self.recent.append(measured)
-        return self.motion.on_measured(stamp, measured) if self.motion else []
+        sample = self._samples.add(part, arrival.stamp, content)
+        return [] if sample is None else self._measured(
+            arrival, self._readings.add_sample(arrival.stamp, sample))
+
+    def _measured(self, arrival: Arrival, samples: Sequence[Match]) -> list[Command]:
+        """Pass on samples that have waited for a reading of the IMU until a message arrived."""
+        commands: list[Command] = []
+        for stamp, parts, imu in samples:
+            if imu is None and not self._observes:
+                continue
+            (position, velocity), feet = parts[JOINTS], parts[_FEET]
+            self.recent.append(Measured(
+                position, velocity, imu or NO_IMU, feet["left"], feet["right"], stamp))
+            if self.motion is not None:
+                self.motion.lags(arrival._replace(stamp=stamp).lag)
+                commands += self.motion.on_measured(stamp, self.recent[-1])
+        return commands
 
     def _accepted(self, topic: str, arrival: Arrival, values: ArrayLike) -> bool:
         motion = self.motion if self.motion is not None and self.motion.running else None
+        clocks = self.intake.clocks
         if not self.intake.accept(topic, arrival, values, in_motion=motion is not None):
             return False
+        if self.intake.clocks > clocks:
+            self._begin_anew()
         if motion is not None:
             motion.lags(arrival.lag)
         for watch in self._watches:

@@ -62,20 +62,18 @@ def joint_arrays(message: Any, names: Sequence[str]) -> tuple[Array, Array] | No
         names: Joint names in the order of the result.
 
     Returns:
-        Positions, (J,) [rad], and speeds, (J,) [rad/s]; None if a joint is missing or its position
-        or speed is no finite number.
+        Positions, (J,) [rad], and speeds, (J,) [rad/s], NaN where the message has none; None if a
+        joint is missing or its position is no finite number.
     """
     given = list(message.name)
-    if not (len(given) == len(message.position) == len(message.velocity)
-            and set(names) <= set(given)):
+    position = np.array(message.position)
+    velocity = np.array(message.velocity or np.full(len(given), np.nan))
+    if not (len(given) == len(position) == len(velocity) and set(names) <= set(given)):
         return None
-    position, velocity = np.array(message.position), np.array(message.velocity)
     if given != list(names):
         order = [given.index(name) for name in names]
         position, velocity = position[order], velocity[order]
-    if not (np.isfinite(position).all() and np.isfinite(velocity).all()):
-        return None
-    return position, velocity
+    return (position, velocity) if np.isfinite(position).all() else None
 
 
 def lacking(message: Any, names: Sequence[str]) -> str:
@@ -87,11 +85,8 @@ def lacking(message: Any, names: Sequence[str]) -> str:
     for what, values in (("positions", message.position), ("speeds", message.velocity)):
         if len(values) != count:
             return f"it has {len(values)} {what} for {count} names"
-        for name in names:
-            value = values[given.index(name)]
-            if not math.isfinite(value):
-                return f"of the {what} that of {name} is {value}"
-    return "it is complete"
+    return next((f"the position of {name} is {value}" for name in names
+                 if not math.isfinite(value := message.position[given.index(name)])), "")
 
 
 def imu_sample(message: Any) -> ImuSample | None:

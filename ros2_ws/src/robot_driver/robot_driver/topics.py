@@ -21,7 +21,7 @@ from humanoid_motion.mirror import Straight
 from humanoid_motion.samples import Doubt, Measured
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
 
 from robot_driver.freshness import Freshness
@@ -47,6 +47,7 @@ from robot_driver.names import (
 WATCH_PERIOD = 0.05  # time between two checks that messages arrive [s]
 DIAGNOSTICS_PERIOD = 1.0  # time between two messages on /diagnostics [s]
 ENOUGH = 0.2  # time of messages from which the sensors are judged before a motion [s]
+_QUEUE = 50  # messages of each subscription that may wait
 WARNING_PERIOD = 5.0  # shortest time between two warnings about unusable messages [s]
 SILENCE = {
     "stale_after": (0.5, "largest age of messages about robot and door [s]"),
@@ -55,8 +56,127 @@ SILENCE = {
 }
 
 
-class RobotTopics:
-    """Passes the messages about robot and door to `Inputs`, between `start` and `stop`.
+class SensorTopics:
+    """Passes what the robot's driver measures to `Inputs`, between `start` and `stop`.
+
+    Args:
+        node: Node that subscribes.
+        joint_names: Joints in the robot's order.
+        inputs: Gets the measurements.
+        after: Function that gets the stamp of an event [s] and the commands that follow from it.
+        sight: How robot and door are seen; topics have the names that they have in it.
+        qos: Depth of the subscriptions' queues, or their QoS.
+
+    Attributes:
+        inputs: The measurements.
+    """
+
+    def __init__(
+        self, node: GuardedNode, joint_names: Sequence[str], inputs: Inputs,
+        after: Callable[[float, Sequence[Command]], None] = lambda stamp, commands: None, *,
+        sight: Straight | None = None, qos: QoSProfile | int = _QUEUE,
+    ) -> None:
+        self._sight = sight or Straight()
+        self._node, self._after, self._qos = node, after, qos
+        self._names = list(joint_names)
+        self._ignored: dict[str, str] = {}  # why the last message of a topic could not be used
+        self.inputs = inputs
+        self._handlers: dict[str, tuple[Any, Callable[[Any, Arrival], Sequence[Command]]]] = {
+            JOINTS: (JointState, self._on_joints), IMU: (Imu, self._on_imu),
+            **{topic: (WrenchStamped, partial(self._on_wrench, side))
+               for side, topic in WRENCHES.items()}}
+        self._subscriptions: list[Any] = []
+        self._newest = -math.inf  # present time when the last message came [s]
+        self._jumps = node.get_clock().create_jump_callback(
+            JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1),
+                          on_clock_change=False),
+            post_callback=self._clock_went_back)
+
+    def start(self) -> None:
+        """Subscribe, and forget what was received before."""
+        self._newest = -math.inf
+        self.inputs.forget()
+        self.inputs.intake.begin()
+        self._ignored.clear()
+        self._subscriptions = [
+            self._subscribe(topic, *handler) for topic, handler in self._handlers.items()]
+
+    def stop(self) -> None:
+        """Unsubscribe: a thousand messages a second would be read for nothing."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+        self._subscriptions = []
+
+    def now(self) -> float:
+        """Present time of the robot's clock [s]: a simulation's /clock is rarer than messages."""
+        return present(self._clock(), self._newest)
+
+    def cause(self, topic: str) -> str:
+        """Say why messages of a topic may be missing; empty if nothing is known."""
+        if topic in self._ignored:
+            return f": the last one was ignored, {self._ignored[topic]}"
+        if topic in self.inputs.intake.last_dropped:
+            return f": the last one was dropped, {self.inputs.intake.last_dropped[topic]}"
+        return silence_of(self._node, self._sight.text(topic))
+
+    # -- messages -------------------------------------------------------------------------------
+
+    def _subscribe(
+        self, topic: str, kind: Any, handle: Callable[[Any, Arrival], Sequence[Command]]
+    ) -> Any:
+        def callback(message: Any, info: dict[str, Any]) -> None:
+            stamp, sent = seconds(message.header.stamp), info["source_timestamp"]
+            underway = 1e-9 * (time.time_ns() - sent) if sent else 0.0
+            self._newest = present(self._clock(), self._newest, stamp)
+            with self._ends_the_motion():
+                self._after(stamp, handle(
+                    self._sight.message(message), Arrival(stamp, self.now(), underway)))
+
+        return self._node.create_subscription(kind, self._sight.text(topic), callback, self._qos)
+
+    def _on_joints(self, message: JointState, arrival: Arrival) -> Sequence[Command]:
+        state = joint_arrays(message, self._names)
+        if state is None:
+            return self._ignore(JOINTS, "it must have the position and the speed of every joint, "
+                                f"as finite numbers; {lacking(message, self._names)}")
+        return self.inputs.on_joints(arrival, *state)
+
+    def _on_imu(self, message: Imu, arrival: Arrival) -> Sequence[Command]:
+        reading = imu_sample(message)
+        if reading is None:
+            return self._ignore(IMU, "it must have an orientation and an angular velocity")
+        return self.inputs.on_imu(arrival, reading)
+
+    def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> Sequence[Command]:
+        return self.inputs.on_wrench(side, arrival, wrench_row(message.wrench))
+
+    def _ignore(self, topic: str, why: str) -> Sequence[Command]:
+        self._ignored[topic] = why
+        self._node.get_logger().warning(f"a message on {topic} was ignored: {why}",
+                                        throttle_duration_sec=WARNING_PERIOD)
+        return ()
+
+    @contextmanager
+    def _ends_the_motion(self) -> Iterator[None]:
+        """End the motion where an error of the program is raised; the node's guard logs it."""
+        try:
+            yield
+        except Exception as error:  # a motion must not go on without its node
+            self._after(-math.inf, self.inputs.on_failure(error))
+            raise
+
+    def _clock(self) -> float:
+        return float(self._node.get_clock().now().nanoseconds * 1e-9)
+
+    def _clock_went_back(self, _: Any) -> None:
+        """Give up the motion: after a reset of the simulation its times mean nothing any more."""
+        self._newest = -math.inf
+        self.inputs.forget()
+        self._after(-math.inf, [])
+
+
+class RobotTopics(SensorTopics):
+    """Passes the messages about robot and door to a motion, and watches over them.
 
     A motion ends where its topics fall silent, by the robot's clock or by the computer's steady
     clock, because a simulation that dies takes the robot's clock with it. It ends, too, where the
@@ -75,7 +195,6 @@ class RobotTopics:
         sight: How robot and door are seen; topics have the names that they have in it.
 
     Attributes:
-        inputs: The measurements.
         freshness: Age of the last messages by the robot's clock.
         zmp: Stamp [s] and place in odom, (2,) [m], of the last ZMP; None before the first one.
     """
@@ -88,57 +207,30 @@ class RobotTopics:
         further: Sequence[tuple[Any, str, Callable[[Any], None]]] = (),
         sight: Straight | None = None,
     ) -> None:
-        self._sight = sight or Straight()
-        self._node, self._after, self._judge = node, after, judge
-        self._names = list(joint_names)
-        self._ignored: dict[str, str] = {}  # why the last message of a topic could not be used
+        self._judge = judge
         watched = [JOINTS, IMU, *([DOOR] if door else []), *([HAND] if hand else [])]
         self.freshness, silence = self._watches = tuple(
             Freshness(watched, parameters.number(name), WATCH_PERIOD, optional=[HAND])
             for name in ("stale_after", "silent_after"))
-        self.inputs = Inputs(joints, self.freshness, silence)
+        super().__init__(node, joint_names, Inputs(joints, self.freshness, silence), after,
+                         sight=sight)
         self.zmp: tuple[float, Array] | None = None
-        self._handlers: dict[str, tuple[Any, Callable[[Any, Arrival], Sequence[Command]]]] = {
-            JOINTS: (JointState, self._on_joints), IMU: (Imu, self._on_imu),
-            **{topic: (WrenchStamped, partial(self._on_wrench, side))
-               for side, topic in WRENCHES.items()}}
         if door:
             self._handlers[DOOR] = (JointState, self._on_door)
         if hand:
             self._handlers[HAND] = (WrenchStamped, self._on_hand)
         self._further = [(PointStamped, "/zmp", self._on_zmp), *further]
-        self._subscriptions: list[Any] = []
-        self._newest = -math.inf  # present time when the last message came [s]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(WATCH_PERIOD, partial(self._watch, self.freshness))
         node.create_timer(WATCH_PERIOD, partial(self._watch, silence), clock=steady)
         node.create_timer(DIAGNOSTICS_PERIOD, self._report, clock=steady)
-        self._jumps = node.get_clock().create_jump_callback(
-            JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1),
-                          on_clock_change=False),
-            post_callback=self._clock_went_back)
 
     def start(self) -> None:
         """Subscribe, and forget what was received before."""
-        self._newest = -math.inf
-        self.inputs.forget()
-        self.inputs.intake.begin()
-        self._ignored.clear()
-        self._subscriptions = [
-            self._subscribe(topic, *handler) for topic, handler in self._handlers.items()]
+        super().start()
         self._subscriptions += [
-            self._node.create_subscription(*topic, 50) for topic in self._further]
-
-    def stop(self) -> None:
-        """Unsubscribe: a thousand messages a second would be read for nothing."""
-        for subscription in self._subscriptions:
-            self._node.destroy_subscription(subscription)
-        self._subscriptions = []
-
-    def now(self) -> float:
-        """Present time of the robot's clock [s]: a simulation's /clock is rarer than messages."""
-        return present(self._clock(), self._newest)
+            self._node.create_subscription(*topic, _QUEUE) for topic in self._further]
 
     def needs(self, topics: Sequence[str]) -> None:
         """Set the topics whose silence ends the present motion."""
@@ -169,51 +261,12 @@ class RobotTopics:
         stale = self.freshness.refusal(self.now(), topics)
         if stale is not None:
             topic, text, value = stale
-            return text + self._cause(topic), value
+            return text + self.cause(topic), value
         found = self._judge(self.inputs.recent)
         for doubt in found:
             log.warning(f"{doubt.topic}: {doubt.text}")
         return next(((f"{doubt.topic}: {doubt.text}", doubt.value) for doubt in found
                      if doubt.grave), None)
-
-    def _cause(self, topic: str) -> str:
-        """Say why messages of a topic may be missing."""
-        if topic in self._ignored:
-            return f": the last one was ignored, {self._ignored[topic]}"
-        if topic in self.inputs.intake.last_dropped:
-            return f": the last one was dropped, {self.inputs.intake.last_dropped[topic]}"
-        return silence_of(self._node, self._sight.text(topic))
-
-    # -- messages -------------------------------------------------------------------------------
-
-    def _subscribe(
-        self, topic: str, kind: Any, handle: Callable[[Any, Arrival], Sequence[Command]]
-    ) -> Any:
-        def callback(message: Any, info: dict[str, Any]) -> None:
-            stamp, sent = seconds(message.header.stamp), info["source_timestamp"]
-            underway = 1e-9 * (time.time_ns() - sent) if sent else 0.0
-            self._newest = present(self._clock(), self._newest, stamp)
-            with self._ends_the_motion():
-                self._after(stamp, handle(
-                    self._sight.message(message), Arrival(stamp, self.now(), underway)))
-
-        return self._node.create_subscription(kind, self._sight.text(topic), callback, 50)
-
-    def _on_joints(self, message: JointState, arrival: Arrival) -> Sequence[Command]:
-        state = joint_arrays(message, self._names)
-        if state is None:
-            return self._ignore(JOINTS, "it must have the position and the speed of every joint, "
-                                f"as finite numbers; {lacking(message, self._names)}")
-        return self.inputs.on_joints(arrival, *state)
-
-    def _on_imu(self, message: Imu, arrival: Arrival) -> Sequence[Command]:
-        reading = imu_sample(message)
-        if reading is None:
-            return self._ignore(IMU, "it must have an orientation and an angular velocity")
-        return self.inputs.on_imu(arrival, reading)
-
-    def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> Sequence[Command]:
-        return self.inputs.on_wrench(side, arrival, wrench_row(message.wrench))
 
     def _on_door(self, message: JointState, arrival: Arrival) -> Sequence[Command]:
         if not (message.position and message.velocity):
@@ -226,32 +279,6 @@ class RobotTopics:
     def _on_zmp(self, message: PointStamped) -> None:
         place = self._sight.message(message).point
         self.zmp = (seconds(message.header.stamp), np.array([place.x, place.y]))
-
-    def _ignore(self, topic: str, why: str) -> Sequence[Command]:
-        self._ignored[topic] = why
-        self._node.get_logger().warning(f"a message on {topic} was ignored: {why}",
-                                        throttle_duration_sec=WARNING_PERIOD)
-        return ()
-
-    # -- watches --------------------------------------------------------------------------------
-
-    @contextmanager
-    def _ends_the_motion(self) -> Iterator[None]:
-        """End the motion where an error of the program is raised; the node's guard logs it."""
-        try:
-            yield
-        except Exception as error:  # a motion must not go on without its node
-            self._after(-math.inf, self.inputs.on_failure(error))
-            raise
-
-    def _clock(self) -> float:
-        return float(self._node.get_clock().now().nanoseconds * 1e-9)
-
-    def _clock_went_back(self, _: Any) -> None:
-        """Give up the motion: after a reset of the simulation its times mean nothing any more."""
-        self._newest = -math.inf
-        self.inputs.forget()
-        self._after(-math.inf, [])
 
     def _watch(self, watch: Freshness) -> None:
         """End a motion if messages about robot or door do not arrive any more."""

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
-from humanoid_motion.samples import ImuSample
+from humanoid_motion.samples import NO_IMU, ImuSample
 from rclpy.qos import ReliabilityPolicy
-from robot_driver.inputs import Inputs
+from robot_driver.inputs import Inputs, Motion
 from robot_driver.intake import Arrival
 from robot_driver.messages import imu_sample
 from robot_driver.ranges import joint_ranges
@@ -24,12 +24,15 @@ def joints(inputs: Inputs, stamp: float, position: np.ndarray = HALF_SITTING) ->
     return inputs.joints is not None and inputs.joints[0] == stamp
 
 
+RANGES = joint_ranges(SimpleNamespace(
+    joint_names=("HIP", "KNEE", "ANKLE"), lower=np.full(3, -1.5), upper=np.full(3, 1.5),
+    speed_limit=np.full(3, 4.0)))
+
+
 @pytest.fixture
 def inputs() -> Inputs:
     """Those of a robot that has stood for 2 s."""
-    made = Inputs(joint_ranges(SimpleNamespace(
-        joint_names=("HIP", "KNEE", "ANKLE"), lower=np.full(3, -1.5), upper=np.full(3, 1.5),
-        speed_limit=np.full(3, 4.0))))
+    made = Inputs(RANGES)
     for stamp in np.arange(100.0, 102.0, TICK):
         assert joints(made, stamp)
     return made
@@ -46,6 +49,56 @@ def test_a_late_sample_is_dropped_and_counted(inputs: Inputs, late: float) -> No
 def test_a_stamp_that_goes_back_by_more_than_a_second_begins_a_new_clock(inputs: Inputs) -> None:
     assert joints(inputs, 3.0, HALF_SITTING + 1.0)
     assert inputs.intake.clocks == 1
+
+
+def tick(inputs: Inputs, stamp: float, speed: np.ndarray = STILL) -> None:
+    """Joints and wrenches of one time."""
+    arrival = Arrival(stamp, stamp, 0.0)
+    inputs.on_wrench("left", arrival, np.zeros(6))
+    inputs.on_joints(arrival, HALF_SITTING, speed)
+    inputs.on_wrench("right", arrival, np.zeros(6))
+
+
+@pytest.mark.parametrize("observes", [True, False])
+def test_only_who_observes_hears_samples_without_speeds_or_an_imu(observes: bool) -> None:
+    inputs = Inputs(RANGES, observes=observes)
+    for number in range(20):
+        tick(inputs, 100.0 + TICK * number, np.full(3, np.nan) if number < 10 else STILL)
+    assert len(inputs.recent) == 20 * observes
+    assert all(each.imu is NO_IMU for each in inputs.recent)
+    assert joints(inputs, 101.0)
+
+
+def test_an_imu_with_stamps_of_its_own_gives_every_sample_its_nearest_reading() -> None:
+    inputs, level = Inputs(RANGES), np.array([0.0, 0.0, 0.0, 1.0])
+    for number in range(20):
+        if number % 2:  # at 100 Hz
+            stamp = 100.001 + TICK * number
+            inputs.on_imu(Arrival(stamp, stamp, 0.0), ImuSample(level, STILL, np.full(3, number)))
+        tick(inputs, 100.0 + TICK * number)
+    nearest = [each.imu.specific_force[0] for each in inputs.recent]
+    assert nearest == [number - 1 + number % 2 for number in range(1, 20)]  # heard from 1 on
+
+
+def test_nothing_of_an_old_clock_is_left_in_a_new_one() -> None:
+    """The motion is told, and no sample is complete by what is older."""
+    class Heard(Motion):
+        running, given_up = False, 0
+
+        def give_up(self, reason: str) -> None:
+            self.given_up += 1
+
+        def lags(self, seconds: float) -> None:
+            pass
+
+    inputs = Inputs(RANGES, observes=True)
+    inputs.motion = heard = Heard()
+    for begin in (100.0, 50.0, 3.0):
+        tick(inputs, begin)
+        assert len(inputs.recent) == 1
+        inputs.on_wrench("left", Arrival(begin + TICK, begin + TICK, 0.0), np.zeros(6))
+    assert heard.given_up == 2
+    assert inputs.unpaired == 0
 
 
 def test_a_second_publisher_whose_robot_is_elsewhere_is_left_out(inputs: Inputs) -> None:

@@ -212,7 +212,8 @@ def execute(
         for command in (
                 *execution.on_imu(sample.time, sample.imu),
                 *execution.on_joints(sample.time, sample.position, sample.velocity),
-                *execution.on_wrenches(sample.time, sample.left_wrench, sample.right_wrench)):
+                *execution.on_wrenches(sample.time, sample.left_wrench, sample.right_wrench),
+                *execution.on_measured(sample.time, sample.measured)):
             send(command)
         for point in points:
             for command in execution.on_door(1e-9 * point.stamp_ns, point.theta, point.omega):

@@ -14,7 +14,6 @@ from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.samples import Measured
 from motion_execution.walk.guard import Guard
 from motion_execution.walk.start import Standing, start_state
 from motion_execution.walk.stepping import Stepping
@@ -233,9 +232,7 @@ def _events(motion: Motion, sample: TickSample, *, complete: bool = True) -> lis
     commands = [*motion.on_joints(sample.time, sample.position, sample.velocity),
                 *motion.on_imu(sample.time, sample.imu)]
     if complete:
-        commands += motion.on_measured(sample.time, Measured(
-            sample.position, sample.velocity, sample.imu, sample.left_wrench,
-            sample.right_wrench))
+        commands += motion.on_measured(sample.time, sample.measured)
     return commands
 
 

@@ -96,5 +96,4 @@ class Approach(Following):
         state = Approach.of(run, phase, self.sent, self.last, self.probe)
         if run.stop_requested:
             return state.stop_driver(Outcome.STOPPED, reasons.stopped(phase))
-        run.on_joints(now, position, velocity, phase)
         return state.compared(now, position)

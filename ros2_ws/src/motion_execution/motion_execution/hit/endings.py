@@ -45,7 +45,7 @@ class Hold(_Ending):
 
     def _judged(self) -> Reaction:
         """End with success if the door stands still, and where it is to be pushed back to."""
-        run, plan, angles = self.run, self.run.plan, self.run.door.recent
+        run, plan, angles = self.run, self.run.plan, self.run.door_angles
         run.measured.held_angle = float(np.mean(angles))
         return self.ended(*reasons.held_verdict(
             angles, plan.held_angle, run.settings.held_within,

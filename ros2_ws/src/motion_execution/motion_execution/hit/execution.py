@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from door_impact_common.arrays import Array
+from humanoid_motion import samples
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.samples import ImuSample
 from impact_planner.errors import InvalidRequest
@@ -29,7 +30,6 @@ from motion_execution.hit.contact import ContactDetector
 from motion_execution.hit.point_b import PointB
 from motion_execution.hit.probe import LeafProbe
 from motion_execution.hit.run import Run
-from motion_execution.hit.speed_of_b import SpeedOfB
 from motion_execution.hit.state import Reaction, State
 from motion_execution.hit.types import (
     APPROACH,
@@ -78,7 +78,7 @@ class Execution(Motion):
         # The trunk turns so little in the run-up that its direction at the contact is used.
         at_contact = plan.phases[RUN_UP].at(plan.contact_time)[0][0]
         away = point_b.away_from_door(at_contact)
-        self._run = Run(plan, settings, joint_names, SpeedOfB(point_b.speed),
+        self._run = Run(plan, settings, joint_names, point_b.speed,
                         ContactDetector(settings, away), (*SCALED, PROBE) if probe else APPROACH)
         self._speed_scale = speed_scale
         self._waiting = Waiting(run=self._run, probe=LeafProbe(
@@ -92,7 +92,7 @@ class Execution(Motion):
     @property
     def door_angle(self) -> float:
         """Last accepted angle of the door [rad]; 0 before the first one."""
-        return self._run.door.angle
+        return self._run.door_angle
 
     @property
     def turned_round(self) -> bool:
@@ -170,26 +170,29 @@ class Execution(Motion):
     def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
         """Handle an angle of the door.
 
-        An angle is ignored if it is no number, if it is not newer than the last accepted angle, or
-        if its stamp is too far from that of the last joint state.
+        An angle is ignored if its stamp is too far from that of the last joint state.
 
         Args:
             now: Stamp of the angle [s].
             angle: Angle of the door [rad].
             velocity: Angular velocity of the door [rad/s].
         """
-        stale = abs(now - self._run.joints_stamp) > self._run.settings.stale
-        if stale or not self._run.door.accept(now, angle, velocity):
+        if abs(now - self._run.joints_stamp) > self._run.settings.stale:
             return []
+        self._run.door_angles.append(angle)
         return self._enter(self._state.on_door(now, angle, velocity))
 
     def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
         """Handle a reading of the IMU."""
-        self._run.on_gyro(now, reading.angular_velocity, self._state.phase)
         commands = self._enter(self._state.on_tilt(reading.tilt))
         if reading.specific_force.any():
             commands += self._enter(self._state.on_specific_force(now, reading.specific_force))
         return commands
+
+    def on_measured(self, now: float, measured: samples.Measured) -> list[Command]:
+        """Measure the speed of B."""
+        self._run.on_measured(now, measured, self._state.phase)
+        return []
 
     def on_silence(self, now: float, topic: str, waited: float, limit: float) -> list[Command]:
         """Handle a topic without a message for a time [s] that exceeds its limit [s]."""

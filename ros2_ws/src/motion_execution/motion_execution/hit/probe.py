@@ -221,7 +221,7 @@ class Returning(_Probing):
     """The robot goes back to the start of the run-up, and the leaf falls shut."""
 
     def _over(self, now: float, position: Array) -> Reaction:
-        run, angle = self.run, self.run.door.angle
+        run, angle = self.run, self.run.door_angle
         if not self.probe.shut(angle):
             if now < self.end + _SHUT:
                 return self.compared(now, position)

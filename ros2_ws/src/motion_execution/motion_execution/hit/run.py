@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from door_impact_common.arrays import Array
+from humanoid_motion import samples
 
 from motion_execution.hit.contact import ContactDetector
-from motion_execution.hit.speed_of_b import SpeedOfB
 from motion_execution.hit.types import (
     AFTER_HIT,
     APPROACH,
@@ -21,38 +21,8 @@ from motion_execution.hit.types import (
 from motion_execution.settings import ExecutionSettings
 
 _RECENT = 30  # number of the last door angles, from which the end of a hold is judged
-
-
-class DoorAngles:
-    """The door's angles that an execution has accepted.
-
-    Attributes:
-        angle: Angle that was accepted last [rad]; 0 before the first one.
-        recent: Last accepted angles, at most 30, the newest at the end [rad].
-    """
-
-    def __init__(self) -> None:
-        self.angle = 0.0
-        self.recent: deque[float] = deque(maxlen=_RECENT)
-        self._stamp = -np.inf
-
-    def accept(self, now: float, angle: float, velocity: float) -> bool:
-        """Keep an angle if it is a number and newer than the last accepted angle.
-
-        Args:
-            now: Stamp of the angle [s].
-            angle: Angle of the door [rad].
-            velocity: Angular velocity of the door [rad/s].
-
-        Returns:
-            Whether the angle was kept.
-        """
-        if now <= self._stamp or not np.isfinite([angle, velocity]).all():
-            return False
-        self._stamp = now
-        self.angle = angle
-        self.recent.append(angle)
-        return True
+_KEPT = 8  # number of speeds before the contact from which the mean is taken, with
+_IN_CONTACT = 2  # number of the newest of them, which may already be measured in the contact
 
 
 @dataclass
@@ -63,13 +33,14 @@ class Run:
         plan: The plan.
         settings: Thresholds.
         joint_names: Joint names in the order of the knots' columns; may be empty.
-        speed: Calculates the speed of point B from joints and gyro.
+        speed: Function that returns the speed of point B [m/s] from joint positions (J,) [rad],
+            joint speeds (J,) [rad/s] and the IMU's angular velocity (3,) [rad/s].
         detector: Detects the contact.
         approach: Names of the phases up to the first that goes towards the door, `cam` or `probe`.
 
     Attributes:
         measured: Measurements until now.
-        door: Angles of the door that were accepted.
+        door_angles: Last angles of the door, at most 30, the newest at the end [rad].
         starts: Times at which the phases began or will begin, by their names, on the robot's clock
             [s]; empty before the start.
         joints_stamp: Stamp of the last joint state [s].
@@ -84,11 +55,11 @@ class Run:
     plan: ExecutablePlan
     settings: ExecutionSettings
     joint_names: Sequence[str]
-    speed: SpeedOfB
+    speed: Callable[[Array, Array, Array], float]
     detector: ContactDetector
     approach: tuple[str, ...] = APPROACH
     measured: Measured = field(default_factory=Measured)
-    door: DoorAngles = field(default_factory=DoorAngles)
+    door_angles: deque[float] = field(default_factory=lambda: deque(maxlen=_RECENT))
     starts: dict[str, float] = field(default_factory=dict)
     joints_stamp: float = -np.inf
     lag: float = 0.0
@@ -96,6 +67,8 @@ class Run:
     turned_round: bool = False
     later: float = 0.0
     steady: float = field(init=False)
+    _before: deque[float] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    _after: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Expect the contact as the plan does."""
@@ -105,6 +78,11 @@ class Run:
     def planned_contact(self) -> float:
         """Time of the planned contact on the robot's clock [s]; infinite while a probe goes on."""
         return self.starts.get(RUN_UP, np.inf) + self.plan.contact_time
+
+    @property
+    def door_angle(self) -> float:
+        """Last angle of the door [rad]; 0 before the first one."""
+        return self.door_angles[-1] if self.door_angles else 0.0
 
     def present(self, now: float) -> float:
         """Time on the robot's clock at which an event with the stamp `now` is handled [s]."""
@@ -130,42 +108,26 @@ class Run:
             return False
         return now > self.planned_contact - self.plan.point_of_no_return
 
-    def on_joints(self, now: float, position: Array, velocity: Array, phase: str) -> None:
-        """Measure the speed of B with a new joint state.
+    def on_measured(self, now: float, sample: samples.Measured, phase: str) -> None:
+        """Measure the speed of B in the run-up, until the contact is detected, and after the hit.
+
+        B trembles after the hit, so that speed is a mean. The newest speeds are left out of the
+        mean before it, since the contact may have begun already.
 
         Args:
-            now: Stamp of the joint state [s].
-            position: Joint positions, (J,) [rad].
-            velocity: Joint speeds, (J,) [rad/s].
+            now: Stamp of the sample [s].
+            sample: What was measured.
             phase: Name of the present phase.
         """
-        self.speed.joints = (now, position, velocity)
-        self._measure_speed(phase)
-
-    def on_gyro(self, now: float, rate: Array, phase: str) -> None:
-        """Measure the speed of B with a new reading of the gyro.
-
-        Args:
-            now: Stamp of the reading [s].
-            rate: Angular velocity in the IMU's frame, (3,) [rad/s].
-            phase: Name of the present phase.
-        """
-        self.speed.rate = (now, rate)
-        self._measure_speed(phase)
-
-    def _measure_speed(self, phase: str) -> None:
-        """Measure the speed of B during the run-up and after the hit.
-
-        The speed before the hit is measured again and again until the contact is detected. The
-        speed after the hit is a mean, since B trembles.
-        """
-        pair = self.speed.now() if phase in (RUN_UP, AFTER_HIT) else None
-        if pair is None:
+        if phase not in (RUN_UP, AFTER_HIT):
             return
-        now, speed = pair
+        speed = self.speed(sample.position, sample.velocity, sample.imu.angular_velocity)
         measured, hit = self.measured, not np.isnan(self.measured.contact_time)
         if not hit and now <= self.planned_contact + self.plan.steady_time:
-            measured.v_rb = self.speed.before_contact(speed)
+            self._before.append(speed)
+            before = list(self._before)
+            measured.v_rb = float(np.mean(before[:-_IN_CONTACT] or before))
         begin, end = self.settings.after_hit
         if hit and begin <= now - measured.contact_time <= end:
-            measured.v_rb_post = self.speed.after_contact(speed)
+            self._after.append(speed)
+            measured.v_rb_post = float(np.mean(self._after))

@@ -89,7 +89,6 @@ class RunUp(TowardsDoor):
         run = self.run
         if run.stop_requested and not self.past_no_return(run.present(now)):
             return self._stop(run.present(now), reasons.stopped(self.phase))
-        run.on_joints(now, position, velocity, self.phase)
         if now > self.end + run.settings.late:
             return self.follow_back(now, Outcome.NO_CONTACT, reasons.MISSED)
         return Reaction(self) if self.past_no_return(now) else self.compared(now, position)
@@ -240,7 +239,6 @@ class AfterHit(TowardsDoor):
             if "retreat" not in run.plan.phases:
                 return self.stop_driver(Outcome.NOT_HELD, why)
             return self.follow_back(self.goes_back_at, Outcome.NOT_HELD, why)
-        run.on_joints(now, position, velocity, self.phase)
         return Reaction(self) if past_no_return else self.compared(now, position)
 
     def on_door(self, now: float, angle: float, velocity: float) -> Reaction:

@@ -78,6 +78,8 @@ BAD = {
         rig.at(rig.now + TICK), rig.pose() + 0.5, np.zeros(30)),
     "an IMU upside down": lambda rig: rig.inputs.on_imu(
         rig.at(rig.now + TICK), UPSIDE_DOWN),
+    "a door at no angle": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), np.nan, 0.5),
+    "a door's angle that is old": lambda rig: rig.inputs.on_door(rig.at(rig.now), 0.03, 0.5),
     "a door that races": lambda rig: rig.inputs.on_door(rig.at(rig.now + TICK), 0.0, 50.0),
 }
 

@@ -2,7 +2,7 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
-from zmp_publisher.stamp_matching import ImuMatcher, StampPairer
+from robot_driver.stamp_matching import ImuMatcher, StampPairer
 
 PATIENCE = 50
 STREAMS = ("a", "b", "c")

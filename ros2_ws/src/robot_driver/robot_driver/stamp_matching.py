@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Hashable, Mapping
-from typing import Generic, TypeVar
+from collections.abc import Mapping
+from typing import Any, TypeAlias
 
-Sample = TypeVar("Sample")
-Reading = TypeVar("Reading")
+from humanoid_motion.samples import ImuSample
+
+Match: TypeAlias = tuple[float, Any, ImuSample | None]
+"""Stamp [s] of a sample, the sample, and the nearest reading of the IMU."""
 
 
-class StampPairer(Generic[Sample]):
+class StampPairer:
     """Buffer of samples until every stream has a sample of the same stamp.
 
     Stamps of a stream increase.
@@ -23,17 +25,17 @@ class StampPairer(Generic[Sample]):
         dropped: Number of samples dropped because another stream had no sample of their stamp.
     """
 
-    def __init__(self, streams: tuple[Hashable, ...], capacity: int = 50) -> None:
-        self._buffers: dict[Hashable, dict[int, Sample]] = {name: {} for name in streams}
+    def __init__(self, streams: tuple[str, ...], capacity: int = 50) -> None:
+        self._buffers: dict[str, dict[float, Any]] = {name: {} for name in streams}
         self._capacity = capacity
         self.dropped = 0
 
-    def add(self, stream: Hashable, stamp: int, sample: Sample) -> Mapping[Hashable, Sample] | None:
+    def add(self, stream: str, stamp: float, sample: Any) -> Mapping[str, Any] | None:
         """Add a sample.
 
         Args:
             stream: Name of its stream.
-            stamp: Its stamp [ns].
+            stamp: Its stamp [s].
 
         Returns:
             The samples of all streams with this stamp if this one completes them, else None.
@@ -53,7 +55,7 @@ class StampPairer(Generic[Sample]):
         return together
 
 
-class ImuMatcher(Generic[Sample, Reading]):
+class ImuMatcher:
     """Gives each sample the reading of the nearest stamp.
 
     A sample waits until a reading of its stamp or a later one has arrived. It does not wait for an
@@ -61,32 +63,30 @@ class ImuMatcher(Generic[Sample, Reading]):
     sample has no reading. Stamps of samples and of readings increase.
 
     Args:
-        patience: Largest difference between the stamps of a sample and its reading [ns].
+        patience: Largest difference between the stamps of a sample and its reading [s].
     """
 
-    def __init__(self, patience: int) -> None:
+    def __init__(self, patience: float) -> None:
         self._patience = patience
-        self._waiting: deque[tuple[int, Sample]] = deque()
-        self._readings: deque[tuple[int, Reading]] = deque()
+        self._waiting: deque[tuple[float, Any]] = deque()
+        self._readings: deque[tuple[float, ImuSample]] = deque()
 
-    def add_sample(self, stamp: int, sample: Sample) -> list[tuple[int, Sample, Reading | None]]:
-        """Add a sample with its stamp [ns]; return the stamp, sample and reading of each match."""
+    def add_sample(self, stamp: float, sample: Any) -> list[Match]:
+        """Add a sample with its stamp [s]; return what matches now."""
         self._waiting.append((stamp, sample))
         return self._matches()
 
-    def add_reading(
-        self, stamp: int, reading: Reading
-    ) -> list[tuple[int, Sample, Reading | None]]:
-        """Add a reading with its stamp [ns]; return the stamp, sample and reading of each match."""
+    def add_reading(self, stamp: float, reading: ImuSample) -> list[Match]:
+        """Add a reading with its stamp [s]; return what matches now."""
         self._readings.append((stamp, reading))
         # Readings may come without samples; only those that a later sample can need are kept.
         while stamp - self._readings[0][0] > 2 * self._patience:
             self._readings.popleft()
         return self._matches()
 
-    def _matches(self) -> list[tuple[int, Sample, Reading | None]]:
-        found: list[tuple[int, Sample, Reading | None]] = []
-        newest_sample = self._waiting[-1][0] if self._waiting else 0
+    def _matches(self) -> list[Match]:
+        found: list[Match] = []
+        newest_sample = self._waiting[-1][0] if self._waiting else 0.0
         while self._waiting:
             stamp, sample = self._waiting[0]
             newest = self._readings[-1][0] if self._readings else None
@@ -97,7 +97,7 @@ class ImuMatcher(Generic[Sample, Reading]):
             found.append((stamp, sample, self._nearest(stamp)))
         return found
 
-    def _nearest(self, stamp: int) -> Reading | None:
+    def _nearest(self, stamp: float) -> ImuSample | None:
         """Return the reading of the nearest stamp; older ones are not needed any more."""
         readings = self._readings
         while len(readings) > 1 and abs(readings[1][0] - stamp) <= abs(readings[0][0] - stamp):
