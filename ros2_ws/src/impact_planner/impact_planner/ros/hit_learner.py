@@ -102,7 +102,7 @@ def _complete(goal: _Goal[Report]) -> tuple[Report, int] | None:
     return goal.report, goal.end
 
 
-STATES = "/execute_door_impact/_action/status"
+STATES = "execute_door_impact/_action/status"
 """Topic on which the action server publishes the states of its goals."""
 
 # Result's error code of a hit that may be learned from, by the state in which its goal ended. A

@@ -70,7 +70,7 @@ def require_start(names: Sequence[str], position: Array, start: Array) -> None:
             "not_ready",
             f"the robot is not where the plan starts: {names[worst]} is off by {off[worst]:.3f} "
             f"rad, at most {START} rad are allowed; bring the robot back to its initial "
-            "posture (in simulation: /sim/reset)",
+            "posture (in simulation: sim/reset)",
             quantity=f"{names[worst]} [rad]", value=float(off[worst]), limit=START)
 
 
