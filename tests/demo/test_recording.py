@@ -133,9 +133,9 @@ def test_rviz_shows_topics_of_the_right_type(recording: Recording) -> None:
         topic = display.get("Topic") or display.get("Description Topic")
         if topic is None:
             continue
-        shown[topic["Value"]] = RVIZ_TYPES[display["Class"].partition("/")[2]]
+        shown["/" + topic["Value"]] = RVIZ_TYPES[display["Class"].partition("/")[2]]
         latched = topic["Durability Policy"] == "Transient Local"
-        assert latched == topic["Value"].endswith(("_description", "/footstep_markers"))
+        assert latched == topic["Value"].endswith(("_description", "footstep_markers"))
     assert set(shown) == {"/robot_description", "/door_description", "/footstep_markers",
                           "/support_polygon", "/zmp", "/com"}
     assert shown == {topic: recording.types[topic] for topic in shown}

@@ -203,7 +203,7 @@ def test_what_ends_the_only_motion(graph: Any, plan: ImpactPlan, how: str) -> No
         else:  # its silence is measured by the computer's steady clock
             with frozen(graph):
                 ended = graph.result(future).result
-            assert "no message has arrived on /" in ended.message
+            assert "no message has arrived on " in ended.message
         assert ended.error_code == ExecuteDoorImpact.Result.STOPPED, ended.message
     graph.reset()
     assert execute(graph, dry_run=True, plan_id=plan.plan_id).result.success
@@ -223,8 +223,8 @@ def test_a_foreign_publisher_is_named_and_what_it_says_is_dropped(
         strangers[0].publish(JointState(name=["gripper"], position=[1.0]))
         strangers[1].publish(odd)
         told.update((v.key, v.value) for s in heard[-1].status for v in s.values)
-        return told.get("publishers of /imu") == "/hrp2_sim_bridge, /tests_of_the_graph" and any(
-            "dropped on /imu" in key for key in told)
+        return told.get("publishers of imu") == "/hrp2_sim_bridge, /tests_of_the_graph" and any(
+            "dropped on imu" in key for key in told)
 
     with executor(graph) as send:
         (future,) = send({"plan_id": plan.plan_id})

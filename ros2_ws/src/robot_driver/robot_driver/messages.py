@@ -126,7 +126,7 @@ def diagnostics(
     """Make the message for /diagnostics.
 
     Args:
-        node: Name of the node whose inputs they are.
+        node: Full name of the node whose inputs they are, without the first slash.
         intake: The checks of the messages, with what they have noticed.
         crowded: Names of the publishers of each topic that has more than one.
         stamp: Present time, a builtin_interfaces/Time.

@@ -219,7 +219,7 @@ class RobotTopics(SensorTopics):
             self._handlers[DOOR] = (JointState, self._on_door)
         if hand:
             self._handlers[HAND] = (WrenchStamped, self._on_hand)
-        self._further = [(PointStamped, "/zmp", self._on_zmp), *further]
+        self._further = [(PointStamped, "zmp", self._on_zmp), *further]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(WATCH_PERIOD, partial(self._watch, self.freshness))
@@ -291,7 +291,7 @@ class RobotTopics(SensorTopics):
     def _report(self) -> None:
         """Publish what was dropped or late, and who publishes beside the driver."""
         self._diagnostics.publish(diagnostics(
-            self._node.get_name(), self.inputs.intake, self.crowded(),
+            self._node.get_fully_qualified_name()[1:], self.inputs.intake, self.crowded(),
             self._node.get_clock().now().to_msg()))
 
     def crowded(self) -> dict[str, list[str]]:
@@ -314,14 +314,16 @@ def silence_of(node: GuardedNode, topic: str) -> str:
 def crowded(node: GuardedNode, topics: Iterable[str]) -> dict[str, list[str]]:
     """Return the names of a topic's publishers, for each topic that has one too many.
 
-    A topic of the driver has one publisher, and only the `COMMANDERS` send trajectories.
+    A topic of the driver has one publisher, and only the `COMMANDERS` in the node's own namespace
+    send trajectories.
     """
-    found = {}
+    found, own = {}, node.get_namespace().rstrip("/")
+    commanders = {f"{own}/{name}" for name in COMMANDERS}
     for topic in topics:
         names = sorted(f"{one.node_namespace.rstrip('/')}/{one.node_name}"
                        for one in node.get_publishers_info_by_topic(topic))
-        allowed = COMMANDERS if topic == TRAJECTORY else ()
-        foreign = [name for name in names if name.rpartition("/")[2] not in allowed]
+        allowed = commanders if topic == TRAJECTORY else ()
+        foreign = [name for name in names if name not in allowed]
         twice = len(names) - len(foreign) > len(set(names) - set(foreign))
         if twice or len(foreign) > (topic != TRAJECTORY):
             found[topic] = names

@@ -10,8 +10,9 @@ from rclpy.qos import ReliabilityPolicy
 from robot_driver.inputs import Inputs, Motion
 from robot_driver.intake import Arrival
 from robot_driver.messages import imu_sample
+from robot_driver.names import COMMANDERS, TRAJECTORY
 from robot_driver.ranges import joint_ranges
-from robot_driver.topics import silence_of
+from robot_driver.topics import crowded, silence_of
 from sensor_msgs.msg import Imu
 
 HALF_SITTING, STILL = np.array([0.4, -0.8, 0.4]), np.zeros(3)
@@ -107,7 +108,7 @@ def test_a_second_publisher_whose_robot_is_elsewhere_is_left_out(inputs: Inputs)
         inputs.on_joints(Arrival(stamp, stamp, 0.0), STILL, STILL)
         assert joints(inputs, stamp)
     np.testing.assert_array_equal(inputs.joints[1], HALF_SITTING)
-    assert list(inputs.intake.dropped) == [("/joint_states", "a value jumps")]
+    assert list(inputs.intake.dropped) == [("joint_states", "a value jumps")]
 
 
 @pytest.mark.parametrize(("position", "speed", "name"), [
@@ -117,7 +118,7 @@ def test_a_second_publisher_whose_robot_is_elsewhere_is_left_out(inputs: Inputs)
 def test_degrees_and_what_is_no_number_are_dropped_and_named(
         inputs: Inputs, position: np.ndarray, speed: np.ndarray, name: str) -> None:
     inputs.on_joints(Arrival(102.0, 102.0, 0.0), position, speed)
-    assert name in inputs.intake.last_dropped["/joint_states"]
+    assert name in inputs.intake.last_dropped["joint_states"]
 
 
 def test_a_robot_that_was_moved_while_nothing_arrived_is_believed(inputs: Inputs) -> None:
@@ -170,6 +171,18 @@ def test_a_silent_topic_is_explained_by_its_publishers(
     """A reliable subscription gets nothing from a publisher with the QoS best effort."""
     found = [SimpleNamespace(node_name="imu_driver", qos_profile=SimpleNamespace(reliability=each))
              for each in publishers]
-    text = silence_of(SimpleNamespace(get_publishers_info_by_topic=lambda _: found), "/imu")
+    text = silence_of(SimpleNamespace(get_publishers_info_by_topic=lambda _: found), "imu")
     assert cause in text
     assert bool(text) == bool(cause)
+
+
+def test_another_robots_commander_is_foreign() -> None:
+    """Who may send trajectories in one namespace may not in another."""
+    names = [("/robot1", COMMANDERS[0])]
+    node = SimpleNamespace(
+        get_namespace=lambda: "/robot1", get_publishers_info_by_topic=lambda _: [
+            SimpleNamespace(node_namespace=space, node_name=name) for space, name in names])
+    assert crowded(node, [TRAJECTORY]) == {}
+    names.append(("/", COMMANDERS[0]))
+    assert crowded(node, [TRAJECTORY]) == {
+        TRAJECTORY: [f"/{COMMANDERS[0]}", f"/robot1/{COMMANDERS[0]}"]}

@@ -95,7 +95,7 @@ def test_a_gyro_in_another_unit_is_doubted_as_soon_as_the_robot_turns(
             sample, position=sample.position + 0.1 * sample.time, velocity=sample.velocity + 0.1,
             imu=replace(sample.imu, orientation=turn,
                         angular_velocity=unit * np.array([0.0, 0.0, 0.4]))))
-    assert [each.topic for each in doubts(robot, samples)] == ["/imu"] * doubted
+    assert [each.topic for each in doubts(robot, samples)] == ["imu"] * doubted
 
 
 @pytest.mark.parametrize(("unit", "doubted"), [
@@ -105,7 +105,7 @@ def test_joint_speeds_that_are_zeros_or_in_another_unit_are_doubted_as_soon_as_a
     """By 0.6 rad/s; NaN stands for a speed that is not measured."""
     samples = [replace(sample, position=sample.position + 0.6 * sample.time,
                        velocity=unit * (sample.velocity + 0.6)) for sample in standing(robot)]
-    assert [each.topic for each in doubts(robot, samples)] == ["/joint_states"] * doubted
+    assert [each.topic for each in doubts(robot, samples)] == ["joint_states"] * doubted
 
 
 def test_good_sensors_raise_no_doubt(robot: RobotModel) -> None:

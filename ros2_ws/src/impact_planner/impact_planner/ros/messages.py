@@ -145,7 +145,7 @@ def door_from_message(
             frame = None if around.frame is None else (around.leaf, around.frame)
     except DoorModelError as error:
         raise NoDoor(
-            f"/closer_parameters describes no door: {error}",
+            f"closer_parameters describes no door: {error}",
             quantity=error.quantity,
             value=error.value,
             limit=error.limit,

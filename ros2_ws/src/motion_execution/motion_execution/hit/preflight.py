@@ -70,7 +70,7 @@ def require_start(names: Sequence[str], position: Array, start: Array) -> None:
             "not_ready",
             f"the robot is not where the plan starts: {name} is off by {off:.3f} rad, "
             f"at most {START} rad are allowed; bring the robot back to its initial posture "
-            "(in simulation: /sim/reset)",
+            "(in simulation: sim/reset)",
             quantity=f"{name} [rad]", value=off, limit=START)
 
 

@@ -143,7 +143,7 @@ class MotionServer(GuardedNode):
             fields = asdict(progress)
             if kind is Walk:
                 fields["pose"] = walk_messages.stamped(
-                    self._link.turned(progress.pose), self._stamp())
+                    self._link.turned(progress.pose), self._stamp(), self._link.world)
             elif progress.phase != last:
                 last = progress.phase
                 self.get_logger().info(f"phase {last}")
@@ -175,7 +175,7 @@ class MotionServer(GuardedNode):
     async def _walk(self, handle: Any, order: Order) -> Any:
         steps = 0
         try:
-            goal = walk_messages.goal_from(handle.request, self._link.hinge)
+            goal = walk_messages.goal_from(handle.request, self._link.hinge, self._link.world)
             if handle.request.dry_run:
                 plan = await self._done(self._mission.plan_walk(goal, order))
                 code, text = walk_messages.Result.NONE, (
@@ -194,7 +194,7 @@ class MotionServer(GuardedNode):
         place = Pose(math.nan, math.nan, math.nan) if soles is None else soles.middle
         return walk_messages.Result(
             error_code=code, message=text, steps=steps,
-            pose=walk_messages.stamped(self._link.turned(place), self._stamp()))
+            pose=walk_messages.stamped(self._link.turned(place), self._stamp(), self._link.world))
 
     async def _pass(self, handle: Any, order: Order) -> Any:
         passed, code, text = Passed(), passage_messages.Result.NONE, ""
@@ -272,7 +272,7 @@ class MotionServer(GuardedNode):
 
     def _plan(self, way: Any) -> Any:
         return self._link.sight.message(passage_messages.plan_message(
-            way, self._link.next_number(), self._stamp()))
+            way, self._link.next_number(), self._stamp(), self._link.world))
 
     def _stamp(self) -> Any:
         return self.get_clock().now().to_msg()

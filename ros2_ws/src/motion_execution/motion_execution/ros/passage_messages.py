@@ -78,19 +78,22 @@ def result_message(passed: Passed, now: float) -> Any:
     return result
 
 
-def door_pose(message: PoseWithCovarianceStamped, along: float) -> Pose:
+def door_pose(
+    message: PoseWithCovarianceStamped, along: float, world: str = ODOM
+) -> Pose:
     """Read a door's pose in odom.
 
     Args:
         message: The message.
         along: Distance from the hinge at which the leaf is touched [m].
+        world: Name of the frame odom.
 
     Raises:
         BadDoorPose: The pose is in another frame, tilted, no number, or too uncertain.
     """
     frame = message.header.frame_id
-    if frame.lstrip("/") != ODOM:
-        raise BadDoorPose(quantity="frame of door_pose", value=frame, limit=ODOM)
+    if frame.lstrip("/") != world:
+        raise BadDoorPose(quantity="frame of door_pose", value=frame, limit=world)
     try:
         pose = floor_pose(message.pose.pose, "door_pose")
     except InvalidFootsteps as error:
@@ -100,13 +103,14 @@ def door_pose(message: PoseWithCovarianceStamped, along: float) -> Pose:
     return pose
 
 
-def plan_message(way: Way, number: int, stamp: Any) -> DoorPassagePlan:
+def plan_message(way: Way, number: int, stamp: Any, world: str = ODOM) -> DoorPassagePlan:
     """Convert a passage to its message.
 
     Args:
         way: The way through the door with the passage.
         number: Number of the plan.
         stamp: Time of the planning, a builtin_interfaces/Time.
+        world: Name of the frame odom.
     """
     plan, hold = way.passage, way.hold
     known = plan.walk.motion.time
@@ -125,5 +129,5 @@ def plan_message(way: Way, number: int, stamp: Any) -> DoorPassagePlan:
         frame_clearance=beside.distance, frame_body=beside.bodies[0],
         self_clearance=mine.distance, self_bodies=", ".join(mine.bodies),
         zmp_margin=float(plan.walk.checks.margin.min()), planning_time=plan.planning_time)
-    message.header.stamp, message.header.frame_id = stamp, ODOM
+    message.header.stamp, message.header.frame_id = stamp, world
     return message

@@ -44,7 +44,7 @@ from motion_execution.mission.link import HitRequest, Link
 from motion_execution.mission.ways import Ways
 from motion_execution.ros.hit_messages import hit_plan_of
 from motion_execution.ros.passage_messages import door_pose
-from motion_execution.ros.walk_messages import base_pose, footstep_markers, footsteps_message
+from motion_execution.ros.walk_messages import ODOM, base_pose, footstep_markers, footsteps_message
 
 PARAMETERS = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
@@ -70,6 +70,7 @@ class RosLink(Link):
         config: Configuration of the robot.
         hinge: Side of the door's hinge; before one at the left all is that of the mirror image.
         sight: How the mission sees robot and door.
+        world: Name of the frame odom.
     """
 
     def __init__(
@@ -79,6 +80,7 @@ class RosLink(Link):
         robot = given.text("robot_config") or None
         self.config = load_robot_config(robot)
         name, self._prefix = given.text("door"), given.text("frame_prefix")
+        self.world = self._prefix + ODOM
         door = load_door(name) if name else None
         self._known = None if door is None else KnownDoor.configured(door)
         self.hinge = "right" if door is None else door.hinge
@@ -96,7 +98,7 @@ class RosLink(Link):
         self._last_plan: Any = None
         self._numbers = itertools.count(1)  # of the passages that were planned
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._trajectory = node.create_publisher(JointTrajectory, TRAJECTORY.lstrip("/"), 10)
+        self._trajectory = node.create_publisher(JointTrajectory, TRAJECTORY, 10)
         self._compliance = node.create_publisher(HandCompliance, "hand_compliance", 10)
         self._footsteps = node.create_publisher(Footsteps, "footsteps", latched)
         self._markers = node.create_publisher(MarkerArray, "footstep_markers", latched)
@@ -171,7 +173,7 @@ class RosLink(Link):
             raise BadDoorPose(quantity=f"age of {DOOR_POSE} [s]", value=round(age, 1),
                               limit=f"at most {_OLDEST:g}")
         along = 0.0 if self._ways is None else -self._ways.survey.x
-        return self.turned(door_pose(self._told, along))
+        return self.turned(door_pose(self._told, along, self.world))
 
     def hit_plan(self, plan_id: str) -> HitPlan:
         """Return the last plan of a hit, as it is seen.
@@ -222,8 +224,8 @@ class RosLink(Link):
             footsteps = [Footstep(other(step.side), *self.turned(step.pose), step.duration)
                          for step in footsteps]
         stamp = self._stamp()
-        self._footsteps.publish(footsteps_message(footsteps, stamp))
-        self._markers.publish(footstep_markers(self.config, footsteps, stamp))
+        self._footsteps.publish(footsteps_message(footsteps, stamp, self.world))
+        self._markers.publish(footstep_markers(self.config, footsteps, stamp, self.world))
 
     def say(self, text: str, *, warning: bool = False) -> None:
         """Log a sentence."""

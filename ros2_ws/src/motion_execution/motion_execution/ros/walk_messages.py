@@ -49,7 +49,7 @@ def error_code(error: DoorImpactError) -> int:
     return int(_REASONS.get(error.reason, Result.INFEASIBLE))
 
 
-def goal_from(message: Any, hinge: str) -> WalkGoal:
+def goal_from(message: Any, hinge: str = "right", world: str = ODOM) -> WalkGoal:
     """Read a goal of the action; before a door hinged at the left its mirror image.
 
     Raises:
@@ -57,10 +57,10 @@ def goal_from(message: Any, hinge: str) -> WalkGoal:
             a foot is neither left nor right.
     """
     frame = message.goal.header.frame_id
-    if frame.lstrip("/") not in ("", ODOM):
+    if frame.lstrip("/") not in ("", world):
         raise InvalidFootsteps(
-            f"the goal is in the frame {frame!r}, must be in {ODOM!r}",
-            quantity="frame_id", value=frame, limit=ODOM)
+            f"the goal is in the frame {frame!r}, must be in {world!r}",
+            quantity="frame_id", value=frame, limit=world)
     if not (math.isfinite(message.step_duration)):
         raise InvalidFootsteps(quantity="step_duration [s]", value=message.step_duration,
                                limit="a finite number")
@@ -108,35 +108,37 @@ def pose_message(pose: Pose, z: float = 0.0) -> PoseMessage:
         orientation=Quaternion(z=math.sin(0.5 * pose.yaw), w=math.cos(0.5 * pose.yaw)))
 
 
-def stamped(pose: Pose, stamp: Any) -> PoseStamped:
+def stamped(pose: Pose, stamp: Any, world: str = ODOM) -> PoseStamped:
     """Convert a pose on the floor to a PoseStamped in odom."""
     message = PoseStamped(pose=pose_message(pose))
-    message.header.stamp, message.header.frame_id = stamp, ODOM
+    message.header.stamp, message.header.frame_id = stamp, world
     return message
 
 
-def footsteps_message(footsteps: Sequence[Footstep], stamp: Any) -> Footsteps:
+def footsteps_message(
+    footsteps: Sequence[Footstep], stamp: Any, world: str = ODOM
+) -> Footsteps:
     """Convert footsteps to the message of /footsteps."""
     message = Footsteps(footsteps=[
         FootstepMessage(side=step.side, pose=pose_message(step.pose), duration=step.duration)
         for step in footsteps])
-    message.header.stamp, message.header.frame_id = stamp, ODOM
+    message.header.stamp, message.header.frame_id = stamp, world
     return message
 
 
 def footstep_markers(
-    robot: RobotConfig, footsteps: Sequence[Footstep], stamp: Any
+    robot: RobotConfig, footsteps: Sequence[Footstep], stamp: Any, world: str = ODOM
 ) -> MarkerArray:
     """Draw footsteps as their soles on the floor; earlier ones are removed."""
     clear = Marker(action=Marker.DELETEALL)
-    clear.header.stamp, clear.header.frame_id = stamp, ODOM
+    clear.header.stamp, clear.header.frame_id = stamp, world
     array = MarkerArray(markers=[clear])
     for number, step in enumerate(footsteps):
         x_min, x_max, y_min, y_max = robot.soles[step.side]
         middle = step.pose.moved(0.5 * (x_min + x_max), 0.5 * (y_min + y_max))
         marker = Marker(ns="footsteps", id=number, type=Marker.CUBE, action=Marker.ADD,
                         pose=pose_message(middle, 0.5 * _THICK), lifetime=Duration())
-        marker.header.stamp, marker.header.frame_id = stamp, ODOM
+        marker.header.stamp, marker.header.frame_id = stamp, world
         marker.scale.x, marker.scale.y, marker.scale.z = x_max - x_min, y_max - y_min, _THICK
         red, green, blue = bytes.fromhex(_COLOURS[step.side][1:])
         marker.color.r, marker.color.g, marker.color.b = red / 255, green / 255, blue / 255

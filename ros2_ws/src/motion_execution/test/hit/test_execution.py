@@ -399,17 +399,17 @@ def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_dri
     """Before the run-up the driver stops; the run-up slows down by the plan's own stop."""
     early, middle, late = (Hit(robot, good) for _ in range(3))
     early.joints(early.cam - 0.5)
-    assert early.execution.on_silence(early.cam - 0.2, "/joint_states", 0.3, 0.25)[0].knots is None
+    assert early.execution.on_silence(early.cam - 0.2, "joint_states", 0.3, 0.25)[0].knots is None
 
     middle.joints(middle.cam)
-    (command,) = middle.execution.on_silence(middle.cam + 0.2, "/joint_states", 0.3, 0.25)
+    (command,) = middle.execution.on_silence(middle.cam + 0.2, "joint_states", 0.3, 0.25)
     assert not command.knots.velocity[-1].any()
-    assert middle.execution.on_silence(middle.cam + 0.25, "/joint_states", 0.35, 0.25) == []
+    assert middle.execution.on_silence(middle.cam + 0.25, "joint_states", 0.35, 0.25) == []
     assert middle.execution.outcome is Outcome.STOPPED
-    assert "/joint_states for 0.30 s, at most 0.25 s" in middle.execution.reason
+    assert "joint_states for 0.30 s, at most 0.25 s" in middle.execution.reason
 
     assert late.joints(late.contact - 0.05) == []
-    assert late.execution.on_silence(late.contact, "/imu", 0.3, 0.25) == []
+    assert late.execution.on_silence(late.contact, "imu", 0.3, 0.25) == []
     assert late.execution.outcome is Outcome.STOPPED
 
 
@@ -421,6 +421,6 @@ def test_a_falling_robot_is_stopped_and_no_further_event_is_answered(run):
     assert run.execution.on_imu(11.2, reading(tilt=0.7)) == []
     assert run.feet(run.contact) == []
     assert run.door(run.contact + 0.1, 0.1, 1.0) == []
-    assert run.execution.on_silence(run.contact + 1.0, "/imu", 0.9, 0.5) == []
+    assert run.execution.on_silence(run.contact + 1.0, "imu", 0.9, 0.5) == []
     run.execution.give_up("it was given up")
     assert run.execution.outcome is Outcome.FELL

@@ -130,7 +130,7 @@ def test_stop_and_silence_are_the_drivers_own_stop(robot, good, phase, silent):
     driver = Robot(robot, good, 0.0)
     driver.until(lambda: driver.execution.phase == phase)
     if silent:
-        commands = driver.execution.on_silence(driver.now, "/imu", 0.6, 0.5)
+        commands = driver.execution.on_silence(driver.now, "imu", 0.6, 0.5)
     else:
         driver.execution.stop()
         commands = driver.execution.on_joints(driver.now + TICK, driver.position, np.zeros(30))
