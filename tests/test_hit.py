@@ -137,16 +137,6 @@ def test_without_the_stabilizer_it_falls_before_the_run_up(tmp_path: Any) -> Non
     assert other.impact is None
 
 
-def test_one_contact_opens_the_door_and_the_robot_stands(run: Rehearsal) -> None:
-    """What the demonstration with nodes is tested for in detail."""
-    assert run.execution.outcome is Outcome.SUCCESS
-    assert run.log.fell == ""
-    assert run.impact.contacts_before_peak == 1
-    assert angle(run, run.impact.peak) == pytest.approx(25.0, abs=2.5)
-    margin = evaluation.support(run.log.motion, ROBOT, window=evaluation.WINDOW).margin
-    assert np.nanmin(margin[100:-50]) > 0.01
-
-
 def test_the_imu_shows_the_contact_and_its_begin_within_3_ms(run: Rehearsal) -> None:
     """The two readings that show it may end 10 ms after its begin: the switch is 3 ms late."""
     measured, planned = run.execution.measured, run.plan.switch_time - run.plan.contact_time
