@@ -25,8 +25,8 @@ from rclpy.action import ActionClient
 from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import Trigger
 
-NODES = ["/closer_identifier", "/door_encoder", "/door_passer", "/hrp2_sim_bridge",
-         "/impact_executor", "/impact_planner", "/scene_publisher", "/walker", "/zmp_publisher"]
+NODES = ["/closer_identifier", "/door_encoder", "/hrp2_sim_bridge", "/impact_planner",
+         "/motion_server", "/scene_publisher", "/zmp_publisher"]
 PLAN = ("service", "call", "/plan_door_impact", "door_impact_msgs/srv/PlanDoorImpact")
 ABORTED = 6  # action_msgs/GoalStatus
 SUCCEEDED = 4
