@@ -22,6 +22,7 @@ from robot_driver.motion import Motion
 from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
 from robot_driver.ranges import DOOR_ANGLE, FORCE, INERTIAL
 
+ENOUGH = 0.2  # time of messages from which the sensors are judged before a motion [s]
 RECENT = 60  # number of complete samples that are kept, 0.3 s at 200 Hz
 
 
