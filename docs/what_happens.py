@@ -31,7 +31,6 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
 from matplotlib.figure import Figure
-from motion_execution.hit.point_b import PointB
 
 ANGLE = 25.0  # planned opening angle where it is not what differs [deg]
 ANGLES = (10.0, 15.0, 20.0, 25.0, 30.0)  # planned opening angles, for five v_rB [deg]
@@ -89,7 +88,7 @@ def hit(plan: ImpactPlan, l_b: float | None = None, **settings: Any) -> tuple[Hi
     hinge_x = place.hinge_x + np.sign(place.hinge_x) * (l_b - plan.l_b)
     world = World(ROBOT.config, DOOR, place.door_distance, hinge_x, engine="mujoco", **settings)
     try:
-        execute(world, plan, PointB(ROBOT), lambda *_: None, None)
+        execute(world, ROBOT, plan)
         with tempfile.TemporaryDirectory() as folder:
             log = simulation_log.load(world.save_log(Path(folder) / "hit.npz"), 0.0)
     finally:

@@ -4,13 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from door_impact_evaluation.run.walk_run import (
-    AFTERWARDS,
-    Push,
-    plan_between,
-    push_standing,
-    walk,
-)
+from door_impact_evaluation.run.driver_link import AFTERWARDS
+from door_impact_evaluation.run.walk_run import Push, plan_between, push_standing, walk
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.world import World

@@ -24,6 +24,7 @@ from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
 from robot_driver.ranges import DOOR_ANGLE, FORCE, INERTIAL
 from robot_driver.stamp_matching import ImuMatcher, Match, StampPairer
 
+ENOUGH = 0.2  # time of messages from which the sensors are judged before a motion [s]
 RECENT = 60  # number of complete samples that are kept, 0.3 s at 200 Hz
 _IMU_PATIENCE = 0.05  # a reading of the IMU counts for samples at most this far from it [s]
 _FEET = "feet"  # both wrenches, as one part of a sample

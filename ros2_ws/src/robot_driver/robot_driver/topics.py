@@ -25,7 +25,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
 
 from robot_driver.freshness import Freshness
-from robot_driver.inputs import Inputs
+from robot_driver.inputs import ENOUGH, Inputs
 from robot_driver.intake import Arrival, Plausible, present
 from robot_driver.messages import (
     diagnostics,
@@ -46,7 +46,6 @@ from robot_driver.names import (
 
 WATCH_PERIOD = 0.05  # time between two checks that messages arrive [s]
 DIAGNOSTICS_PERIOD = 1.0  # time between two messages on /diagnostics [s]
-ENOUGH = 0.2  # time of messages from which the sensors are judged before a motion [s]
 _QUEUE = 50  # messages of each subscription that may wait
 WARNING_PERIOD = 5.0  # shortest time between two warnings about unusable messages [s]
 SILENCE = {

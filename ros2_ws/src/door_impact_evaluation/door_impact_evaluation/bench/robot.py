@@ -37,6 +37,7 @@ from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest, Task
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
+from walking.passing.approach import AS_SURVEYED
 from walking.passing.passage import plan_passage as plan_whole_passage
 from walking.pattern.plan import plan_walk as plan_whole_walk
 from walking.pattern.state import standing
@@ -44,7 +45,7 @@ from walking.pattern.walk_plan import WalkPlan
 
 from door_impact_evaluation.bench.door import timed
 from door_impact_evaluation.errors import BenchError
-from door_impact_evaluation.run.pass_run import hold_of
+from door_impact_evaluation.run.driver_link import hit_plan_of
 from door_impact_evaluation.run.rehearsal import planned
 
 _ANGLES_DEG = (12.0, 30.0)  # range of the requested opening angles [deg]
@@ -116,7 +117,8 @@ def plan_walk(repeats: int) -> tuple[float, float]:
 def plan_passage(repeats: int) -> tuple[float, float]:
     """Measure the plan of a passage from the planned end of the paper door's hit [ms]."""
     robot, known = RobotModel(load_robot_config()), KnownDoor.configured(load_door("paper"))
-    task = hold_of(planned(robot, known, _TARGET_DEG, "mcv50", "pass"), known).task()
+    hit = hit_plan_of(planned(robot, known, _TARGET_DEG, "mcv50", "pass"))
+    task = hit.hold(known, AS_SURVEYED).task()
     plan = plan_whole_passage(robot, task)  # also loads files
     ours = median(timed(lambda: plan_whole_passage(robot, task))[0] for _ in range(repeats))
     return 1e3 * ours, 1e3 * _peer_of_walk(robot, plan.walk, plan.hand_force)

@@ -14,7 +14,6 @@ from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
-from motion_execution.hit.point_b import PointB
 from walking.footsteps.footstep import Pose
 from walking.pattern.walk_plan import WalkPlan
 
@@ -109,7 +108,7 @@ def _stands(case: Row) -> Row:
     size, angle = case["impulse"], case["direction"]
     try:
         if plan is not None:
-            execute(world, plan, PointB(robot), lambda *_: None, None)
+            execute(world, robot, plan)
         begin = world.time + STANDING
         stepped = push_standing(
             world, robot, (size * math.cos(angle), size * math.sin(angle), 0.0),

@@ -61,7 +61,8 @@ class Walks:
         self._wanted = WalkGoal(Pose(0.0, 0.0, 0.0))  # of the walk under way
         self._postures: list[np.ndarray] = []  # of the upper body after the last walk
         self.guard = Guard(body.model, lambda: recover and body.motion is None, self.state)
-        body.idle = self.guard
+        if recover:
+            body.idle = body.inputs.motion = self.guard
 
     @property
     def walking(self) -> Walk | None:
