@@ -148,6 +148,6 @@ def test_every_node_is_required_but_recorder_and_view() -> None:
     """If a node ends, all end; without the recorder, as on a full disk, the others go on."""
     nodes = launched("node")
     ends = {node["name"]: node.get("on_exit") for node in nodes}
-    assert len(ends) == 11
+    assert len(ends) == 9
     assert {name for name, action in ends.items() if action != "shutdown"} == {
         "recorder", "door_impact_view"}

@@ -190,7 +190,7 @@ class RosLink(Link):
                 "no_plan", f"there is no plan {plan_id!r}: only the last plan on "
                 "door_impact_plan can be executed" if plan_id else
                 "there is no plan yet: call plan_door_impact first")
-        return hit_plan_of(self.sight.message(last), self._names)
+        return self._seen(last)
 
     def turned(self, pose: Pose) -> Pose:
         """Return a pose in odom as it is seen, or one that is seen as it is in odom."""
@@ -243,9 +243,12 @@ class RosLink(Link):
 
     def plan_hit(self, request: HitRequest) -> PlannedHit:
         """Begin to have the planner plan a hit."""
-        return PlannedHit(self, PlanDoorImpact.Request(
+        return PlannedHit(self._planner, self._seen, PlanDoorImpact.Request(
             desired_opening_angle=request.angle, run_up=request.run_up, ending=request.ending,
             door_distance=request.door_distance, l_b=request.l_b, include_trajectories=True))
+
+    def _seen(self, plan: ImpactPlan) -> HitPlan:
+        return hit_plan_of(self.sight.message(plan), self._names)
 
     # -- messages -------------------------------------------------------------------------------
 
@@ -270,7 +273,7 @@ class RosLink(Link):
     def _on_plan(self, message: ImpactPlan) -> None:
         self._last_plan = message
         if self._ways is not None:
-            self._ways.last_hit = hit_plan_of(self.sight.message(message), self._names)
+            self._ways.last_hit = self._seen(message)
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()
@@ -280,20 +283,23 @@ class PlannedHit:
     """A plan that the planner is asked for as soon as it is there.
 
     Args:
-        link: The link.
+        planner: Client of the planner's service.
+        seen: Function that converts a plan's message.
         request: What to ask for.
     """
 
-    def __init__(self, link: RosLink, request: PlanDoorImpact.Request) -> None:
-        self._link, self._request = link, request
-        self._began = link.clock()
+    def __init__(
+        self, planner: Any, seen: Callable[[ImpactPlan], HitPlan], request: PlanDoorImpact.Request
+    ) -> None:
+        self._planner, self._seen, self._request = planner, seen, request
+        self._began = time.monotonic()
         self._future: Any = None
 
     def done(self) -> bool:
         """Whether the planner has answered, or does not."""
-        waited = self._link.clock() - self._began
-        if self._future is None and self._link._planner.service_is_ready():
-            self._future = self._link._planner.call_async(self._request)
+        waited = time.monotonic() - self._began
+        if self._future is None and self._planner.service_is_ready():
+            self._future = self._planner.call_async(self._request)
         if self._future is None:
             return waited >= _PATIENCE
         return bool(self._future.done()) or waited >= _LONGEST
@@ -314,7 +320,7 @@ class PlannedHit:
                            value=PLAN)
         answer = self._future.result()
         if answer.success:
-            return hit_plan_of(self._link.sight.message(answer.plan), self._link._names)
+            return self._seen(answer.plan)
         invalid = answer.error_code == PlanDoorImpact.Response.INVALID_REQUEST
         raise (InvalidGoal if invalid else HitNotPlanned)(
             f"the hit cannot be planned: {answer.message}", quantity="error_code",

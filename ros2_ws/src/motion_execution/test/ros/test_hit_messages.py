@@ -11,7 +11,6 @@ pytest.importorskip("door_impact_msgs.msg")
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from door_impact_msgs.action import ExecuteDoorImpact
-from door_impact_msgs.msg import ImpactPlan
 from hypothesis import given
 from hypothesis import strategies as st
 from impact_planner.errors import GoalRefused
@@ -20,7 +19,7 @@ from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
 from motion_execution.hit.preflight import require_ready
 from motion_execution.hit.types import Measured
-from motion_execution.ros.executor_messages import executable, hit_report, probes
+from motion_execution.ros.hit_messages import hit_plan_of, hit_report, probe_of
 from robot_driver.intake import Arrival, Intake, Plausible
 from robot_driver.messages import diagnostics
 from robot_driver.motion import Outcome
@@ -39,7 +38,7 @@ def message(robot, plan):
 
 def checked(robot, message) -> Execution:
     """An execution after all checks, as the node makes it."""
-    plan = executable(message, robot.joint_names)
+    plan = hit_plan_of(message, robot.joint_names).executable
     execution = Execution(plan, PointB(robot))
     require_ready(robot, plan, plan.phases["prepare"].position[0], 0.0 - message.initial_angle)
     execution.start(0.0)
@@ -48,7 +47,7 @@ def checked(robot, message) -> Execution:
 
 @pytest.mark.parametrize(("forge", "words"), [
     (lambda m: setattr(m, "stop_duration", 1e9), "stop_duration"),
-    (lambda m: setattr(m.left_foot.position, "y", math.nan), "left foot"),
+    (lambda m: setattr(m.left_foot.position, "y", math.nan), "soles or B"),
     (lambda m: m.branches[0].trajectory.points[3].velocities.__setitem__(3, math.nan),
      "must be finite")])
 def test_a_number_that_makes_no_sense_is_refused_where_the_planners_plan_passes(
@@ -61,16 +60,10 @@ def test_a_number_that_makes_no_sense_is_refused_where_the_planners_plan_passes(
     assert refused.value.reason == "no_plan"
 
 
-@pytest.mark.parametrize(("probe", "reserve", "probed"), [
-    (Goal.AUTO, 0.031, False), (Goal.AUTO, 0.029, True), (Goal.AUTO, math.nan, True),
-    (Goal.ON, 0.05, True), (Goal.OFF, -0.01, False)])
-def test_the_leaf_is_probed_where_the_goal_or_the_reserve_asks_for_it(probe, reserve, probed):
-    assert probes(Goal(probe=probe), ImpactPlan(missed_margin=reserve)) is probed
-
-
 def test_another_word_for_the_probe_is_refused():
+    assert [probe_of(each) for each in (Goal.AUTO, Goal.ON, Goal.OFF)] == ["auto", "on", "off"]
     with pytest.raises(GoalRefused, match="probe is 3") as refused:
-        probes(Goal(probe=3), ImpactPlan())
+        probe_of(3)
     assert refused.value.reason == "invalid_goal"
 
 
@@ -94,11 +87,11 @@ def test_whatever_the_numbers_are_the_plan_is_refused_or_its_motions_can_be_made
 
 def test_diagnostics_name_what_was_dropped_or_late_and_who_else_publishes():
     intake = Intake({"/imu": Plausible(1.0)})
-    nothing = diagnostics("impact_executor", intake, {}, Time()).status[0]
+    nothing = diagnostics("motion_server", intake, {}, Time()).status[0]
     assert nothing.level == DiagnosticStatus.OK
     for stamp, value in ((1.0, 0.0), (1.2, 0.0), (1.3, 2.0)):
         intake.accept("/imu", Arrival(stamp, 1.3, 0.0), value, in_motion=True)
-    noticed = diagnostics("impact_executor", intake, {"/imu": ["/a", "/b"]}, Time()).status[0]
+    noticed = diagnostics("motion_server", intake, {"/imu": ["/a", "/b"]}, Time()).status[0]
     assert noticed.level == DiagnosticStatus.WARN
     assert {v.value for v in noticed.values} == {"1", "0.300", "0.200", "/a, /b"}
 

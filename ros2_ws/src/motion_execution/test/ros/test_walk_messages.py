@@ -12,7 +12,7 @@ from door_impact_msgs.msg import Footstep as FootstepMessage
 from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped
 from hypothesis import given
 from hypothesis import strategies as st
-from motion_execution.ros.messages import (
+from motion_execution.ros.walk_messages import (
     base_pose,
     footsteps_message,
     goal_from,
