@@ -89,7 +89,7 @@ class DriverLink(Link):
         plans: Plans of hits by their names.
         began: Stamp of the first trajectory that was sent [s]; NaN before.
         refused: Why the driver refused trajectories.
-        watches: Functions that are called with the sample after each tick.
+        watches: Functions that get the sample of each tick before the mission does.
     """
 
     def __init__(
@@ -153,11 +153,11 @@ class DriverLink(Link):
     def step(self) -> None:
         """Step the driver, and let the mission handle what it has measured."""
         sample = self.driver.step()
+        for watch in self.watches:
+            watch(sample)
         for message in self.messages(sample):
             self.take(message)
         self.look()
-        for watch in self.watches:
-            watch(sample)
 
     def messages(self, sample: TickSample) -> Iterator[Message]:
         """Return what is published after a tick."""

@@ -61,7 +61,12 @@ class Body:
         base, joints = self._link.base(), self.inputs.joints
         if base is None or joints is None or abs(base[0] - joints[0]) > _OLDEST:
             return None
-        return soles_at(self.model, base[1], joints[1])
+        return soles_at(self.model, base[1], joints[1], self.attitude)
+
+    @property
+    def attitude(self) -> Array | None:
+        """Last orientation of the IMU as a quaternion x, y, z, w, (4,); None: not known."""
+        return self.inputs.recent[-1].imu.orientation if self.inputs.recent else None
 
     def standing(self, topics: Sequence[str] = STANDING) -> Standing:
         """Return what is known of a robot that stands, if messages of topics arrive.
@@ -74,7 +79,7 @@ class Body:
         if base is None or joints is None or self.soles() is None:
             raise NotReady("no recent odometry has arrived on /tf (odom -> base_link): does "
                            "zmp_publisher run?", quantity="/tf", value=None)
-        return Standing(base[1], self.inputs.tilt, joints[1], joints[2])
+        return Standing(base[1], self.inputs.tilt, joints[1], joints[2], self.attitude)
 
     def require_messages(self, topics: Sequence[str]) -> None:
         """Check that messages of topics arrive, and make sense together.

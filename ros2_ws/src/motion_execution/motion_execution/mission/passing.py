@@ -288,8 +288,7 @@ class Passing:
         inputs = self._body.inputs
         assert soles is not None
         return hold.found(
-            standing.position, soles, inputs.door_angle, self._body.commanded,
-            inputs.recent[-1].imu.orientation if inputs.recent else None)
+            standing.position, soles, inputs.door_angle, self._body.commanded, standing.attitude)
 
     # -- the walk up ----------------------------------------------------------------------------
 

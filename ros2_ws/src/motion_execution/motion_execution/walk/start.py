@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 from humanoid_motion.kinematics import yaw_of
@@ -35,12 +36,14 @@ class Standing:
         tilt: Angle between the trunk and the vertical [rad].
         position: Joint positions, (J,) [rad].
         velocity: Joint speeds, (J,) [rad/s].
+        attitude: Orientation of the IMU as a quaternion x, y, z, w, (4,); None: not known.
     """
 
     base: Pose
     tilt: float
     position: Array
     velocity: Array
+    attitude: Array | None = None
 
 
 def start_state(
@@ -91,17 +94,28 @@ def require_near(robot: RobotModel, first: Array, position: Array) -> None:
              "the robot is not in a posture from which it can walk")
 
 
-def soles_at(robot: RobotModel, base: Pose, position: Array) -> Stance:
+def soles_at(
+    robot: RobotModel, base: Pose, position: Array, attitude: Array | None = None
+) -> Stance:
     """Compute where the soles are, as seen from above.
+
+    A robot that leans on a leaf has them 10 mm for each degree away from where an upright one has.
 
     Args:
         base: Pose of base_link in odom, as seen from above.
         position: Joint positions, (J,) [rad].
+        attitude: Orientation of the IMU as a quaternion x, y, z, w, (4,); None takes the robot as
+            upright, as one without `imu_frame`.
     """
+    imu = robot.config.imu_frame
     frames = [robot.feet[side].frame for side in SIDES]
-    return Stance(**{
-        side: base.moved(float(pose[0, 3]), float(pose[1, 3]), yaw_of(pose))
-        for side, pose in zip(SIDES, robot.poses_in_base(position, frames), strict=True)})
+    *poses, in_base = robot.poses_in_base(position, [*frames, imu or frames[0]])
+    turn = np.eye(3)
+    if attitude is not None and imu is not None:
+        turn = pin.Quaternion(attitude).matrix() @ in_base[:3, :3].T
+    seen = base.moved(0.0, 0.0, -yaw_of(turn))
+    turned = [(turn @ pose[:3, 3], yaw_of(turn @ pose[:3, :3])) for pose in poses]
+    return Stance(*(seen.moved(float(place[0]), float(place[1]), yaw) for place, yaw in turned))
 
 
 def _feet(robot: RobotModel, found: Standing) -> tuple[Stance, float]:
@@ -118,7 +132,8 @@ def _feet(robot: RobotModel, found: Standing) -> tuple[Stance, float]:
     heights = [-float(pose[2, 3]) for pose in poses]
     _require(abs(heights[0] - heights[1]), LEVEL, "difference in height of the soles [m]",
              "the robot does not stand on both feet")
-    return soles_at(robot, found.base, found.position), float(np.mean(heights))
+    soles = soles_at(robot, found.base, found.position, found.attitude)
+    return soles, float(np.mean(heights))
 
 
 def _require(value: float, limit: float, quantity: str, what: str) -> None:

@@ -4,11 +4,13 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from humanoid_motion.kinematics import yaw_of
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from motion_execution.walk.start import Standing, require_near, start_state
+from motion_execution.walk.start import Standing, require_near, soles_at, start_state
 from walking.errors import NotReady
 from walking.footsteps.footstep import Pose
 from walking.pattern.plan import plan_walk
@@ -94,3 +96,16 @@ def test_a_joint_far_from_the_first_posture_is_named(robot, still):
     first[7] += 0.2
     with pytest.raises(NotReady, match=robot.joint_names[7]):
         require_near(robot, first, still.position)
+
+
+def test_soles_of_a_leaning_robot_are_where_it_stands(robot):
+    """Whatever heading the IMU has; as if upright, they would be 20 mm away."""
+    frames = [robot.feet[side].frame for side in ("left", "right")]
+    half, place = np.array(robot.config.half_sitting), np.array([3.0, -2.0, 0.65])
+    *poses, imu = robot.poses_in_base(half, [*frames, robot.config.imu_frame])
+    turn = pin.rpy.rpyToMatrix(0.03, -0.02, 1.7)
+    attitude = pin.Quaternion(pin.rpy.rpyToMatrix(0.0, 0.0, -0.7) @ turn @ imu[:3, :3]).coeffs()
+    soles = soles_at(robot, Pose(*place[:2], yaw_of(turn)), half, attitude)
+    for sole, pose in zip((soles.left, soles.right), poses, strict=True):
+        np.testing.assert_allclose(sole[:2], (place + turn @ pose[:3, 3])[:2], atol=1e-9)
+        assert sole.yaw == pytest.approx(yaw_of(turn @ pose[:3, :3]))
