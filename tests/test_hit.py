@@ -70,7 +70,7 @@ def watch(world: World, sample: TickSample) -> None:
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Rehearsal:
-    return rehearse(25.0, tmp_path_factory.mktemp("hit") / "run.npz", watch=watch)
+    return rehearse(25.0, tmp_path_factory.mktemp("hit") / "run.npz", watch=watch, engine="mujoco")
 
 
 def angle(run: Rehearsal, at: Any) -> float:

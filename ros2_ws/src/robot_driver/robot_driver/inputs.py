@@ -106,8 +106,7 @@ class Inputs:
         if self.joints is None:
             self.since = arrival.stamp
         self.joints, self.lag = (arrival.stamp, position, velocity), arrival.lag
-        motion = self.motion
-        commands = motion.on_joints(arrival.stamp, position, velocity) if motion else []
+        commands = self.motion.on_joints(*self.joints) if self.motion else []
         return commands + self._together(JOINTS, arrival, (position, velocity))
 
     def on_imu(self, arrival: Arrival, reading: ImuSample) -> list[Command]:

@@ -129,7 +129,7 @@ class SensorTopics:
             self._newest = present(self._clock(), self._newest, stamp)
             with self._ends_the_motion():
                 self._after(stamp, handle(
-                    self._sight.message(message), Arrival(stamp, self.now(), underway)))
+                    self._sight.message(message), Arrival(stamp, self._newest, underway)))
 
         return self._node.create_subscription(kind, self._sight.text(topic), callback, self._qos)
 

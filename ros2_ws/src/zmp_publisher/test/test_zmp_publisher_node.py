@@ -154,22 +154,6 @@ def test_tilt_comes_from_the_imu_where_there_is_one(node):
     assert len(node.sent["zmp"]) == 37
 
 
-@pytest.mark.parametrize("wrong", ["orientation", "nan"])
-def test_an_imu_that_says_nothing_does_not_count(node, wrong, capfd):
-    """By REP-145 a covariance of -1 means that a field is not filled in; NaN is no rotation."""
-    for step in range(0, 20, 4):
-        message = _imu(step * PERIOD, 0.05)
-        if wrong == "orientation":
-            message.orientation_covariance[0] = -1.0
-        else:
-            message.angular_velocity.z = float("nan")
-        node.hear("imu", message)
-        _feed(node, step * PERIOD)
-    assert len(node.sent["zmp"]) == 5
-    assert _base(node)[0] == pytest.approx(np.zeros(3), abs=1e-9)
-    assert "imu" in capfd.readouterr().err
-
-
 @pytest.mark.parametrize("node", [
     [], ["--ros-args", "-p", "robot_start:=[3.0, -2.0, 1.5707963267948966]"]], indirect=True)
 def test_after_a_jump_of_time_the_robot_stands_at_its_start_whatever_it_did_before(node):
@@ -215,26 +199,3 @@ def test_wrenches_of_exchanged_feet_are_doubted_while_the_other_foot_is_lifted(n
     assert "exchanged" not in _status(node)[0].message
     _feed(node, 201 * PERIOD, WEIGHT, 0.0, posture=lifted)
     assert "exchanged" in _status(node)[0].message
-
-
-def test_a_late_sample_leaves_the_odometry_where_it_is_and_is_counted(node):
-    """By 15 ms, as a message that was sent twice; the robot has walked meanwhile."""
-    for step in range(100):
-        _feed(node, step * PERIOD)
-    place = _base(node)
-    _feed(node, 96 * PERIOD)
-    _feed(node, 100 * PERIOD)
-    assert _base(node)[1] == pytest.approx(place[1])
-    values = _status(node)[1]
-    assert [value for key, value in values.items() if key.startswith("dropped")] == ["1"] * 3
-
-
-def test_the_zeros_of_a_second_publisher_are_left_out(node):
-    """They have the stamps of the driver's joint states, and arrive before them."""
-    _feed(node, 0)
-    for step in range(1, 300):
-        zeros = _stamped(JointState(), step * PERIOD)
-        zeros.name, zeros.position = list(ROBOT.joint_names), [0.0] * len(ROBOT.joint_names)
-        node.hear("joint_states", zeros)
-        _feed(node, step * PERIOD)
-    assert _base(node)[1][2] == pytest.approx(0.648702, abs=1e-6)

@@ -110,7 +110,7 @@ class Mission:
             if commands:
                 motion.prepare_next()
             self._passing.yield_hand(motion, now)
-            if not now < self._told + _TELL:
+            if not self._told <= now < self._told + _TELL:  # a reset sets the clock back
                 self._told = now
                 self._tell(order)
         self.poll()
@@ -128,10 +128,6 @@ class Mission:
             order.tell(progress)
 
     # -- orders ---------------------------------------------------------------------------------
-
-    def busy(self, action: str) -> bool:
-        """Return whether an order for an action is being carried out."""
-        return any(order.action == action for order in self._orders)
 
     def stop(self) -> str:
         """Take all orders back, and return a sentence that says what happens; empty: nothing was.

@@ -74,6 +74,7 @@ class MotionServer(GuardedNode):
         self._link.tells(self._mission.ways)
         self._reports = self.create_publisher(HitReport, "hit_report", 10)
         self._orders: dict[bytes, Order] = {}  # of the goals under way, by their identifiers
+        self._accepted: set[str] = set()  # actions that take no further goal now
         self.create_service(Trigger, "stop", self._on_stop)
         self.create_service(PlanDoorPassage, "plan_door_passage", self._on_request)
         self._servers = [
@@ -93,9 +94,11 @@ class MotionServer(GuardedNode):
     def _serve(self, kind: Any, name: str, carry_out: Callable[..., Any]) -> ActionServer:
         """Serve an action; only a walk may be asked for while another one is under way."""
         def on_goal(_: Any) -> GoalResponse:
-            if name != WALK and self._mission.busy(name):
+            if name in self._accepted:
                 self.get_logger().warning("the goal was rejected: another goal is being executed")
                 return GoalResponse.REJECT
+            if name != WALK:
+                self._accepted.add(name)
             return GoalResponse.ACCEPT
 
         def on_cancel(handle: Any) -> CancelResponse:
@@ -118,6 +121,7 @@ class MotionServer(GuardedNode):
                     message=f"the motion server failed: {type(error).__name__}: {error}")
             finally:
                 del self._orders[identifier]
+                self._accepted.discard(name)
             result.success = result.error_code == kind.Result.NONE
             result.message = self._link.sight.text(result.message)
             if result.success:
