@@ -11,8 +11,9 @@ from humanoid_motion.driver_interface import Command, ImuSample, TickSample
 from humanoid_motion.robot_model import RobotModel
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
-from motion_execution.hit.types import ExecutablePlan, ExecutionSettings
+from motion_execution.hit.types import ExecutablePlan
 from motion_execution.mission import hits as mission_hits
+from motion_execution.settings import ExecutionSettings
 from robot_driver.motion import Outcome
 
 pytestmark = pytest.mark.nightly("many whole runs")

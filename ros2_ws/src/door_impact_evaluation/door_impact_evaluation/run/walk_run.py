@@ -143,9 +143,10 @@ def execute(
     world: World, robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), *,
     step_change: bool = True,
 ) -> tuple[Walk, float]:
-    """Let a world's robot make a walk's footsteps and then stand, or until it falls.
+    """Let a world's robot walk to where a walk ends and then stand, or until it falls.
 
-    The walk is planned anew from where the robot stands by its odometry.
+    The footsteps are planned anew from where it stands by its odometry; it keeps its heading along
+    the way.
 
     Args:
         world: A world in which the robot stands where the walk begins.
@@ -160,7 +161,7 @@ def execute(
     Raises:
         DoorImpactError: The walk cannot begin.
     """
-    goal = WalkGoal(plan.stance.middle, tuple(plan.footsteps))
+    goal = WalkGoal(plan.stance.middle, keep_heading=True, whole_turns=True)
     link = DriverLink(world, robot, start=plan.schedule.phases[0].stance.middle,
                       wrenches=step_change)
     waiting = sorted(pushes, key=lambda push: push.at_s)

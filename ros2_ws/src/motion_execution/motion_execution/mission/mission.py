@@ -34,11 +34,13 @@ from motion_execution.walk.goal import WalkGoal
 from motion_execution.walk.walk import Walk
 
 HIT, WALK, PASSAGE = "execute_door_impact", "walk", "walk_through_door"
+PLAN_PASSAGE = "plan_door_passage"
 _TELL = 0.05  # time between two reports of progress, by the robot's clock [s]
 _BUSY = {  # what else may not begin, and why
     HIT: "a hit is being executed (execute_door_impact)",
     WALK: "the robot walks (walk)",
     PASSAGE: "the robot goes through the door (walk_through_door)",
+    PLAN_PASSAGE: "a passage is being planned (plan_door_passage)",
 }
 
 

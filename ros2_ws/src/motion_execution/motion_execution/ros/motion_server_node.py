@@ -27,7 +27,7 @@ from walking.passing.settings import PassageSettings
 from motion_execution.hit.execution import Execution
 from motion_execution.mission.errors import MotionFailed
 from motion_execution.mission.hit_plan import HitPlan
-from motion_execution.mission.mission import HIT, PASSAGE, WALK, Mission
+from motion_execution.mission.mission import HIT, PASSAGE, PLAN_PASSAGE, WALK, Mission
 from motion_execution.mission.order import Order
 from motion_execution.mission.passing import Passed
 from motion_execution.ros import hit_messages, passage_messages, walk_messages
@@ -76,7 +76,7 @@ class MotionServer(GuardedNode):
         self._orders: dict[bytes, Order] = {}  # of the goals under way, by their identifiers
         self._accepted: set[str] = set()  # actions that take no further goal now
         self.create_service(Trigger, "stop", self._on_stop)
-        self.create_service(PlanDoorPassage, "plan_door_passage", self._on_request)
+        self.create_service(PlanDoorPassage, PLAN_PASSAGE, self._on_request)
         self._servers = [
             self._serve(ExecuteDoorImpact, HIT, self._hit),
             self._serve(Walk, WALK, self._walk),
@@ -232,7 +232,7 @@ class MotionServer(GuardedNode):
         """Plan a passage from the leaf that the robot holds, otherwise a way through the door."""
         try:
             way = await self._done(self._mission.plan_passage(
-                passage_messages.wanted_from(request), Order("plan_door_passage")))
+                passage_messages.wanted_from(request), Order(PLAN_PASSAGE)))
         except DoorImpactError as error:
             response.error_code = passage_messages.codes(error)[1]
             response.message = self._link.sight.text(str(error))

@@ -7,6 +7,7 @@ import multiprocessing
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -273,7 +274,9 @@ class RosLink(Link):
     def _on_plan(self, message: ImpactPlan) -> None:
         self._last_plan = message
         if self._ways is not None:
-            self._ways.last_hit = self._seen(message)
+            self._ways.last_hit = None
+            with suppress(GoalRefused):  # whoever wants to execute it is told why
+                self._ways.last_hit = self._seen(message)
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()

@@ -23,12 +23,15 @@ class WalkGoal:
         footsteps: The footsteps; empty if they are to be planned.
         keep_heading: Whether the robot does not turn along the way.
         step_duration: Duration of each planned footstep [s].
+        whole_turns: Whether a heading of more than half a turn from the present one means that the
+            robot turns so far.
     """
 
     pose: Pose
     footsteps: tuple[Footstep, ...] = ()
     keep_heading: bool = False
     step_duration: float = 0.8
+    whole_turns: bool = False
 
 
 def plan_goal(
@@ -48,5 +51,6 @@ def plan_goal(
     """
     footsteps = list(goal.footsteps) or plan_footsteps(
         robot.config, state.stance, goal.pose, goal.step_duration,
-        first=SIDES[1 - SIDES.index(last)] if last else None, keep_heading=goal.keep_heading)
+        first=SIDES[1 - SIDES.index(last)] if last else None, keep_heading=goal.keep_heading,
+        whole_turns=goal.whole_turns)
     return plan_walk(robot, state, footsteps, settings)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from door_impact_common.errors import DoorImpactError
 from humanoid_motion.leaf import LeafFrame
-from motion_execution.mission.mission import WALK
+from motion_execution.mission.mission import PLAN_PASSAGE, WALK
 from motion_execution.mission.order import Order
 from motion_execution.mission.ways import Wanted
 from motion_execution.walk.goal import WalkGoal
@@ -175,7 +175,7 @@ def test_a_heavy_door_is_pushed_only_if_somebody_wants_it(world):
     """The plan says how the leaf is opened, and why."""
     for wanted, way, reason in (("", "hit", "22 N are allowed"), ("push", "push", "100 N")):
         routine = world.mission.run(world.mission.plan_passage(
-            Wanted(opening=wanted), Order("plan_door_passage")))
+            Wanted(opening=wanted), Order(PLAN_PASSAGE)))
         world.until(lambda routine=routine: routine.done)
         opening = routine.result().opening
         assert opening.way == way
@@ -221,6 +221,7 @@ def test_one_order_at_a_time_moves_the_robot_and_a_refused_one_leaves_it_alone(w
     routine, _, passed = world.begin()
     world.phase("push")
     for other in (world.mission.walk(WalkGoal(Pose(1.0, 0.0, 0.0)), Order(WALK)),
+                  world.mission.plan_passage(Wanted(), Order(PLAN_PASSAGE)),
                   world.mission.pass_door(Wanted(), Order("walk_through_door"), passed)):
         tried = world.mission.run(other)
         assert tried.done

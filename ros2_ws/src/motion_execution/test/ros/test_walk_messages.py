@@ -48,6 +48,19 @@ def test_footsteps_are_read_as_they_were_published(steps):
         assert one.pose == pytest.approx(other.pose, abs=1e-12)
 
 
+@given(step=STEP, pose=POSE)
+def test_before_a_door_hinged_at_the_left_a_goal_is_its_mirror_image(step, pose):
+    """In the mirror x = 0 the heading turns round and the other foot steps; twice it is itself."""
+    message = Walk.Goal(goal=PoseStamped(pose=pose_message(pose)))
+    found = goal_from(message, "left").pose
+    assert (found.x, found.y) == pytest.approx((-pose.x, pose.y), abs=1e-9)
+    assert wrapped(found.yaw - (math.pi - pose.yaw)) == pytest.approx(0.0, abs=1e-9)
+    (seen,) = goal_from(
+        Walk.Goal(footsteps=footsteps_message([step], Time()).footsteps), "left").footsteps
+    assert {seen.side, step.side} == {"left", "right"}
+    assert (seen.pose.x, seen.pose.y) == pytest.approx((-step.pose.x, step.pose.y), abs=1e-9)
+
+
 @given(yaw=st.floats(-20.0, 20.0))
 def test_headings_are_within_half_a_turn(yaw):
     turn = Quaternion(z=math.sin(0.5 * yaw), w=math.cos(0.5 * yaw))
@@ -72,9 +85,9 @@ def test_the_base_is_found_among_the_transforms_and_is_a_number():
     base = TransformStamped(child_frame_id="base_link")
     base.header.frame_id = "odom"
     base.transform.translation.x = 2.0
-    assert base_pose(TFMessage(transforms=[other]), "base_link") is None
+    assert base_pose(TFMessage(transforms=[other])) is None
     base.header.stamp.sec = 3
-    found = base_pose(TFMessage(transforms=[other, base]), "base_link")
+    found = base_pose(TFMessage(transforms=[other, base]))
     assert found == (3.0, Pose(2.0, 0.0, 0.0))
     base.transform.translation.x = math.nan
-    assert base_pose(TFMessage(transforms=[base]), "base_link") is None
+    assert base_pose(TFMessage(transforms=[base])) is None
