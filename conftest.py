@@ -48,7 +48,8 @@ settings.register_profile("whole", settings.get_profile("quick"), max_examples=2
 settings.load_profile("quick")
 
 pytest_plugins = ["shared_fixtures"]
-SHARING = ("tests/demo/", "tests/graph/", "tests/test_two_robots.py")  # start every node: one set at a time, on one worker
+# They start every node: one set at a time, on one worker.
+SHARING = ("tests/demo/", "tests/graph/", "tests/test_two_robots.py")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
