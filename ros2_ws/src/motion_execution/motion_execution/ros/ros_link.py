@@ -112,6 +112,7 @@ class RosLink(Link):
         self._workers = ProcessPoolExecutor(
             max_workers=1, mp_context=multiprocessing.get_context("spawn"),
             initializer=_begin_worker, initargs=(robot,))
+        self._workers.submit(abs, 0)  # begins the process now, not with the first goal
         self.show(())
 
     def tells(self, ways: Ways) -> None:
