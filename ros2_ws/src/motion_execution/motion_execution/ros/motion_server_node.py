@@ -128,8 +128,9 @@ class MotionServer(GuardedNode):
                 handle.succeed()
                 self.get_logger().info(result.message)
             else:
-                (handle.canceled if handle.is_cancel_requested else handle.abort)()
-                self.get_logger().error(result.message)
+                asked = handle.is_cancel_requested
+                (handle.canceled if asked else handle.abort)()
+                (self.get_logger().info if asked else self.get_logger().error)(result.message)
             return result
 
         return ActionServer(

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import itertools
-import multiprocessing
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
@@ -45,6 +44,7 @@ from motion_execution.mission.link import HitRequest, Link
 from motion_execution.mission.ways import Ways
 from motion_execution.ros.hit_messages import hit_plan_of
 from motion_execution.ros.passage_messages import door_pose
+from motion_execution.ros.planning_process import PlanningProcess
 from motion_execution.ros.walk_messages import ODOM, base_pose, footstep_markers, footsteps_message
 
 PARAMETERS = {
@@ -108,11 +108,7 @@ class RosLink(Link):
         node.create_subscription(
             CloserParameters, "closer_parameters", self._on_closer, latched)
         node.create_subscription(ImpactPlan, "door_impact_plan", self._on_plan, latched)
-        # A fork would inherit the threads of DDS.
-        self._workers = ProcessPoolExecutor(
-            max_workers=1, mp_context=multiprocessing.get_context("spawn"),
-            initializer=_begin_worker, initargs=(robot,))
-        self._workers.submit(abs, 0)  # begins the process now, not with the first goal
+        self._planning = PlanningProcess(robot)
         self.show(())
 
     def tells(self, ways: Ways) -> None:
@@ -121,7 +117,7 @@ class RosLink(Link):
 
     def close(self) -> None:
         """End the planning process after the work that it has begun."""
-        self._workers.shutdown(wait=False, cancel_futures=True)
+        self._planning.close()
 
     # -- what is known --------------------------------------------------------------------------
 
@@ -241,7 +237,7 @@ class RosLink(Link):
 
     def compute(self, work: Callable[..., Any], *args: Any) -> Future[Any]:
         """Begin to call a function in the planning process, with its robot."""
-        return self._workers.submit(_work, work, *args)
+        return self._planning.submit(work, *args)
 
     def plan_hit(self, request: HitRequest) -> PlannedHit:
         """Begin to have the planner plan a hit."""
@@ -329,15 +325,3 @@ class PlannedHit:
         raise (InvalidGoal if invalid else HitNotPlanned)(
             f"the hit cannot be planned: {answer.message}", quantity="error_code",
             value=answer.error_code)
-
-
-_robot: RobotModel  # of the planning process
-
-
-def _begin_worker(robot_config: str | None) -> None:
-    global _robot
-    _robot = RobotModel(load_robot_config(robot_config))
-
-
-def _work(work: Callable[..., Any], *args: Any) -> Any:
-    return work(_robot, *args)
