@@ -127,10 +127,12 @@ class MotionServer(GuardedNode):
             if result.success:
                 handle.succeed()
                 self.get_logger().info(result.message)
+            elif handle.is_cancel_requested:
+                handle.canceled()
+                self.get_logger().info(result.message)
             else:
-                asked = handle.is_cancel_requested
-                (handle.canceled if asked else handle.abort)()
-                (self.get_logger().info if asked else self.get_logger().error)(result.message)
+                handle.abort()
+                self.get_logger().error(result.message)
             return result
 
         return ActionServer(
