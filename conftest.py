@@ -47,7 +47,9 @@ settings.register_profile("whole", settings.get_profile("quick"), max_examples=2
                           derandomize=False)
 settings.load_profile("quick")
 
-SHARING = ("tests/demo/", "tests/graph/")  # start every node: one set at a time, on one worker
+pytest_plugins = ["shared_fixtures"]
+# They start every node: one set at a time, on one worker.
+SHARING = ("tests/demo/", "tests/graph/", "tests/test_two_robots.py")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

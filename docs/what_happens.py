@@ -24,7 +24,6 @@ from hrp2_sim_bridge.physics.contact import design_leaf
 from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.execution.point_b import PointB
 from impact_planner.hit.momentum import omega_for
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
@@ -89,7 +88,7 @@ def hit(plan: ImpactPlan, l_b: float | None = None, **settings: Any) -> tuple[Hi
     hinge_x = place.hinge_x + np.sign(place.hinge_x) * (l_b - plan.l_b)
     world = World(ROBOT.config, DOOR, place.door_distance, hinge_x, engine="mujoco", **settings)
     try:
-        execute(world, plan, PointB(ROBOT), lambda *_: None, None)
+        execute(world, ROBOT, plan)
         with tempfile.TemporaryDirectory() as folder:
             log = simulation_log.load(world.save_log(Path(folder) / "hit.npz"), 0.0)
     finally:

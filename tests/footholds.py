@@ -2,10 +2,10 @@
 
 import numpy as np
 import pinocchio as pin
-from door_impact_common.driver.samples import ImuSample
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.kinematics import inverse_pose, planar_pose
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.samples import ImuSample
 
 ROBOT = load_robot_config()
 MODEL = RobotModel(ROBOT)

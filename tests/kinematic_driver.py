@@ -43,12 +43,12 @@ class KinematicDriver(GuardedNode):
         self._start = self.get_clock().now().nanoseconds
         self._samples = 0
         self._counts: list[int] = []
-        self._joints = self.create_publisher(JointState, "/joint_states", 10)
-        self._imu = self.create_publisher(Imu, "/imu", 10)
-        self._feet = [self.create_publisher(WrenchStamped, f"/{side}_foot/wrench", 10)
+        self._joints = self.create_publisher(JointState, "joint_states", 10)
+        self._imu = self.create_publisher(Imu, "imu", 10)
+        self._feet = [self.create_publisher(WrenchStamped, f"{side}_foot/wrench", 10)
                       for side in ("left", "right")]
-        self._encoder = self.create_publisher(EncoderSamples, "/door_encoder/counts", 10)
-        self.create_subscription(JointTrajectory, "/joint_trajectory", self._on_trajectory, 10)
+        self._encoder = self.create_publisher(EncoderSamples, "door_encoder/counts", 10)
+        self.create_subscription(JointTrajectory, "joint_trajectory", self._on_trajectory, 10)
         self.create_service(PushDoor, "~/push", self._on_push)
         self.create_timer(TICK, self._catch_up)
 

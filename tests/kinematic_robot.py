@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 from door_impact_common.constants import GRAVITY
-from door_impact_common.driver.samples import ImuSample
 from door_impact_common.errors import DoorImpactError
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.samples import ImuSample
 from humanoid_motion.spline import Spline
 from reference_door import ReferenceDoor
 

@@ -104,7 +104,8 @@ def _predicted(
     structure = hit_structure(
         RobotModel(config), posture.base, posture.joints, plan.hit.stance.feet,
         plan.hit.contact.normal)
-    leaf = leaf_to_hit(known, settings, plan.hit.contact, 0.0, plan.restitution)
+    leaf = leaf_to_hit(
+        known, settings, plan.hit.placement, plan.hit.contact, 0.0, plan.restitution)
     switch = Switch(
         settings.detection_delay + settings.switch_delay, settings.slow_down,
         plan.v_rb_post / plan.v_rb)

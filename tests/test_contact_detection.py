@@ -5,15 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from door_impact_evaluation.run import rehearsal
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.settings import TICK
 from humanoid_motion.driver_interface import Command, ImuSample, TickSample
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.execution.execution import Execution
-from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import ExecutablePlan, Outcome
+from motion_execution.hit.execution import Execution
+from motion_execution.hit.point_b import PointB
+from motion_execution.hit.types import ExecutablePlan
+from motion_execution.mission import hits as mission_hits
+from motion_execution.settings import ExecutionSettings
+from robot_driver.motion import Outcome
 
 pytestmark = pytest.mark.nightly("many whole runs")
 
@@ -37,18 +38,19 @@ class Run:
 
     def delay(self, sensor: str) -> float:
         """Time until a sensor, imu or feet, shows the contact to another execution [s]."""
-        plan, (first, *samples) = self.rehearsal.plan, self.samples
+        plan = self.rehearsal.plan
         execution = Execution(
             ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
             PointB(RobotModel(load_robot_config())))
-        execution.start(first.time - TICK)  # the sample before the first one began the motion
+        begun = min(self.rehearsal.execution.starts.values())
+        execution.start(begun - ExecutionSettings.lead)
         begin = execution.planned_contact - 0.5
-        for sample in samples:
+        for sample in self.samples:
             if sample.time < begin:
                 continue
             force = sample.imu.specific_force if sensor == "imu" else np.zeros(3)
             execution.on_joints(sample.time, sample.position, sample.velocity)
-            execution.on_imu(sample.time, 0.0, replace(sample.imu, specific_force=force))
+            execution.on_imu(sample.time, replace(sample.imu, specific_force=force))
             execution.on_wrenches(sample.time, sample.left_wrench, sample.right_wrench)
             if execution.measured.contact_sensor:
                 assert execution.measured.contact_sensor == sensor
@@ -114,12 +116,12 @@ def test_a_contact_that_the_imu_only_pretends_opens_the_door_less_and_the_robot_
     early = 0.05
 
     class Forged(Execution):
-        def on_imu(self, now: float, tilt: float, reading: ImuSample) -> list[Command]:
+        def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
             near = bool(self.starts) and abs(now - self.planned_contact + early) < 0.006
             force = reading.specific_force + near * np.array([0.0, 20.0, 0.0])
-            return super().on_imu(now, tilt, replace(reading, specific_force=force))
+            return super().on_imu(now, replace(reading, specific_force=force))
 
-    monkeypatch.setattr(rehearsal, "Execution", Forged)
+    monkeypatch.setattr(mission_hits, "Execution", Forged)
     run = rehearse(25.0, tmp_path / "run.npz", seed=3)
     motion, impact = run.log.motion, run.impact
     assert run.execution.measured.contact_sensor == "imu"

@@ -17,7 +17,7 @@ from rclpy.serialization import serialize_message
 from running_graph import Graph, seconds
 
 KIND = "door_impact_msgs/msg/EncoderSamples"
-SAMPLES = 20_000
+SAMPLES = 8_000
 COUNTS = np.rint(400 * (1 - np.cos(np.maximum(0, np.arange(SAMPLES) - 500) * 2e-3))).astype(int)
 Start = Callable[..., Any]
 
@@ -62,15 +62,14 @@ def listener(start: Start) -> Iterator[Listener]:
         rclpy.try_shutdown()
 
 
-def test_no_sample_of_twenty_seconds_is_lost(
-        start: Start, listener: Listener, tmp_path: Path) -> None:
-    """1 kHz at 50 Hz, four times as fast, through three processes: each sample once, in order."""
+def test_no_sample_is_lost(start: Start, listener: Listener, tmp_path: Path) -> None:
+    """Eight seconds at 1 kHz, played four times as fast through three processes: all, in order."""
     path = tmp_path / "door.csv"
     write_counts_csv(path, np.arange(SAMPLES) * 1e-3, COUNTS)
     player = start("run", "door_encoder", "play", "--csv", str(path), "--rate", "4")
     listener.until(SAMPLES - 1)
     assert player.wait() == 0
-    assert "played 20000 samples in 1000 batches" in player.text()
+    assert "played 8000 samples in 400 batches" in player.text()
     assert listener.numbers() == list(range(SAMPLES))
     assert np.concatenate([message.counts for message in listener.heard]).tolist() == (
         COUNTS.tolist())

@@ -1,6 +1,7 @@
 """What the packages say they need is what they import; the container brings no second opinion."""
 
 import ast
+import math
 import re
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+import yaml
 
 SOURCE = Path(__file__).resolve().parents[1] / "ros2_ws" / "src"
 PACKAGES = sorted(path.parent for path in SOURCE.glob("*/package.xml"))
@@ -45,14 +47,14 @@ def declared(package: Path, *kinds: str) -> set[str]:
 
 
 def launched(package: Path) -> set[str]:
-    """Packages whose nodes or launch files it starts, and the packages that launch them."""
-    files = list(package.glob("launch/*.yaml"))
-    text = "".join(path.read_text(encoding="utf-8") for path in files)
-    packages = re.findall(r"pkg: (\w+)", text)
+    """Packages whose nodes or files its launch files name or its modules launch, and `launch`."""
+    files = [yaml.safe_load(path.read_text(encoding="utf-8"))
+             for path in package.glob("launch/*.yaml")]
+    named = re.findall(r"(?:\bpkg: |find-pkg-share )(\w+)", yaml.dump(files, width=math.inf))
     modules = (package / package.name).rglob("*.py")
     code = "".join(path.read_text(encoding="utf-8") for path in modules)
-    started = set(re.findall(r'"launch", "(\w+)"', code))
-    return started | ({*packages, "launch", "launch_ros", "ros2launch"} if files else set())
+    started = {*named, *re.findall(r'"launch", "(\w+)"', code)} - {package.name}
+    return started | ({"launch", "launch_ros", "ros2launch"} if files else set())
 
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name)
@@ -72,6 +74,13 @@ def test_nothing_is_declared_that_no_module_imports(package: Path) -> None:
     """Left over dependencies cost every user an installation."""
     used = imported(package / package.name) | launched(package)
     assert declared(package, "exec_depend") <= used
+
+
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name)
+def test_every_package_that_is_launched_is_a_declared_dependency(package: Path) -> None:
+    """But for those that depend on this package already: colcon refuses circles."""
+    above = {each.name for each in PACKAGES if package.name in declared(each, "exec_depend")}
+    assert launched(package) - above <= declared(package, "exec_depend")
 
 
 @pytest.mark.parametrize("engine", ["pybullet", "mujoco"])

@@ -33,6 +33,7 @@ CLOSER = {"i_a": 47.62 * 0.896**2 / 3.0, "c_c": 0.08, "k_c": 1.0, "tau_c0_prime"
 EFFECTIVE_MASS, RESTITUTION = 42.0, 0.4
 PUSHES = (7.0, 8.5, 10.0)  # [N m s], each over 0.2 s
 STALE_AFTER = 2.0  # [s]; this driver keeps to the wall clock, and tests run on busy machines
+LATE = 0.1  # [s] by which the executor may miss the door's peak
 ROBOT = load_robot_config()
 JOINTS = ROBOT.joint_names
 PHASES = ["prepare", "shift", "step", "back", "cam", "post", "hold"]
@@ -48,6 +49,16 @@ class Motion:
     door: list[tuple[str, float]] = field(default_factory=list)
     states: list[JointState] = field(default_factory=list)
     sent: list[JointTrajectory] = field(default_factory=list)
+    lag: float = 0.0  # longest time from a state's stamp to its arrival [s]
+
+    def note_state(self, state: JointState) -> None:
+        self.states.append(state)
+        self.lag = max(self.lag, self.age)
+
+    @property
+    def age(self) -> float:
+        """Time since the last state's stamp [s]."""
+        return time.time() - seconds(self.states[-1].header.stamp) if self.states else math.inf
 
     @property
     def phase(self) -> str:
@@ -73,7 +84,7 @@ def run(graph: Any, in_shift: Callable[[], Any] = lambda: None, *,
             in_shift()
 
     hears = [
-        graph.node.create_subscription(JointState, "/joint_states", motion.states.append, 100),
+        graph.node.create_subscription(JointState, "/joint_states", motion.note_state, 100),
         graph.node.create_subscription(
             JointState, "/door_angle",
             lambda m: motion.door.append((motion.phase, m.position[0])), 100),
@@ -81,10 +92,10 @@ def run(graph: Any, in_shift: Callable[[], Any] = lambda: None, *,
             JointTrajectory, "/joint_trajectory", motion.sent.append, 10)]
     client = ActionClient(graph.node, ExecuteDoorImpact, "/execute_door_impact")
     try:
-        graph.spin_until(lambda: client.server_is_ready() and (motion.states or not driver_lives),
-                         "the action")
-        if driver_lives and time.time() - seconds(motion.states[-1].header.stamp) > 1.0:
-            pytest.skip("the machine is too busy for real time: the driver lags behind its clock")
+        graph.spin_until(
+            lambda: client.server_is_ready() and (motion.age < LATE or not driver_lives),
+            "the action and a driver that keeps up with its clock")
+        motion.lag = 0.0
         sent = client.send_goal_async(ExecuteDoorImpact.Goal(**goal), feedback_callback=note)
         ended = graph.result(sent, "the goal").get_result_async()
         motion.result = graph.result(ended, "the end of the motion").result
@@ -100,7 +111,7 @@ def swapped(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """driver:=none and the kinematic driver."""
     folder = tmp_path_factory.mktemp("swap")
     params = yaml.safe_load(Path(parameters()).read_text())
-    params["impact_executor"] = {"ros__parameters": {"stale_after": STALE_AFTER}}
+    params["motion_server"] = {"ros__parameters": {"stale_after": STALE_AFTER}}
     (folder / "params.yaml").write_text(yaml.safe_dump(params))
     own = {**CLOSER, "effective_mass": EFFECTIVE_MASS, "restitution": RESTITUTION}
     options = [word for name, value in own.items() for word in ("-p", f"{name}:={value}")]
@@ -169,10 +180,13 @@ def hung(swapped: Any, plan: ImpactPlan) -> tuple[Motion, Motion]:
 
 @pytest.fixture(scope="module")
 def done(swapped: Any, hung: Any) -> Motion:
-    """The whole motion, if this machine keeps up with the computer's clock."""
+    """The whole motion, if this machine keeps up with the computer's clock.
+
+    That is judged here: an executor that is late by itself has no excuse.
+    """
     motion = run(swapped)
-    if swapped.late("impact_executor"):
-        pytest.skip("the machine is too busy for real time: messages were late in the motion")
+    if motion.lag > LATE:
+        pytest.skip(f"too busy for real time: a message came {motion.lag:.2f} s late to this test")
     return motion
 
 
@@ -197,10 +211,10 @@ def test_a_dry_run_without_any_simulation_succeeds_and_sends_nothing(
 def test_a_driver_that_hangs_ends_the_motion_and_takes_no_goal(hung: Any) -> None:
     motion, refused = hung
     assert motion.result.error_code == Result.STOPPED
-    assert "/joint_states" in motion.result.message
+    assert "no message has arrived on " in motion.result.message  # the board hangs with it
     assert len(motion.sent[-1].points) == 0
     assert refused.result.error_code == Result.NOT_READY
-    assert "s old, at most 2 s are allowed" in refused.result.message
+    assert "/joint_states" in refused.result.message
 
 
 def test_the_door_is_opened_in_all_phases_in_order_and_held(done: Motion) -> None:

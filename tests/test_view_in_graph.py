@@ -59,7 +59,7 @@ def test_without_a_driver_the_page_shows_refusals_and_its_end_ends_no_other(
             signal.SIGKILL)
     wait_for(launched, r"\[(door_impact_view-\d+)\]: process has died")
     end = time.monotonic() + GUARD
-    while "/impact_executor" not in (nodes := ros2("node", "list")).out:  # it starts late
+    while "/motion_server" not in (nodes := ros2("node", "list")).out:  # it starts late
         assert time.monotonic() < end, nodes
     assert launched.process.poll() is None
     assert "sending signal" not in launched.text()

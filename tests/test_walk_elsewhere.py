@@ -47,7 +47,7 @@ def graph(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
 @pytest.fixture
 def process(tmp_path: Path) -> Iterator[Started]:
     """The walker's."""
-    with node(tmp_path, "walking", "walker", "-p", "use_sim_time:=true") as started:
+    with node(tmp_path, "motion_execution", "motion_server", "-p", "use_sim_time:=true") as started:
         yield started
 
 

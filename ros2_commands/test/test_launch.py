@@ -119,7 +119,7 @@ def test_launch_files_become_commands(tmp_path: Path) -> None:
     talk, inner = read_processes(path, {"name": "b"})
     assert talk.command == [
         f"{tmp_path}/lib/fake/talk", "--x", "y z", "--ros-args", "-r", "__node:=b",
-        "-r", "__ns:=left", "-p", 'list:=["/x y", "z"]', "-p", 'none:=""', "-p", "float:=1.50",
+        "-r", "__ns:=/left", "-p", 'list:=["/x y", "z"]', "-p", 'none:=""', "-p", "float:=1.50",
         "-p", 'odd:="a: [b"', "-p", "flag:=false", "--params-file", "/p.yaml", "-r", "in:=out",
     ]  # fmt: skip
     assert (talk.label, talk.shutdown_on_exit, talk.on_screen) == ("talk-1", True, False)
@@ -134,9 +134,40 @@ def test_launch_files_become_commands(tmp_path: Path) -> None:
             read_processes(path, wrong)
 
 
+def test_namespaces_and_remappings_hold_in_their_scope(tmp_path: Path) -> None:
+    """As ROS 2's: from there on, in included files too, and not after a group."""
+    write(tmp_path, """
+- node: {pkg: fake, exec: wait, namespace: arm}
+- node: {pkg: fake, exec: wait, namespace: /arm, remap: [{from: in, to: out}]}
+- set_remap: {from: late, to: later}
+""", "inner.launch.yaml")  # fmt: skip
+    path = write(tmp_path, """
+- arg: {name: space, default: ""}
+- push_ros_namespace: {namespace: $(var space)}
+- set_remap: {from: /clock, to: clock}
+- group:
+  - push_ros_namespace: {namespace: left/}
+  - include: {file: $(dirname)/inner.launch.yaml}
+  - node: {pkg: fake, exec: wait}
+- node: {pkg: fake, exec: wait}
+""")  # fmt: skip
+
+    def rules(**given: str) -> list[list[str]]:
+        return [[word for word in process.command if ":=" in word]
+                for process in read_processes(path, given)]  # fmt: skip
+
+    clock = "/clock:=clock"
+    assert rules(space="robot1") == rules(space="/robot1") == [
+        ["__ns:=/robot1/left/arm", clock], ["__ns:=/arm", clock, "in:=out"],
+        ["__ns:=/robot1/left", clock, "late:=later"], ["__ns:=/robot1", clock]]  # fmt: skip
+    assert [each[0] for each in rules()] == ["__ns:=/left/arm", "__ns:=/arm", "__ns:=/left",
+                                             "__ns:=/"]  # fmt: skip
+
+
 @pytest.mark.parametrize("text", [
     " 3", "- [", "- nod: {}", "- node: {pkg: fake}", "- node: {pkg: fake, exec: nope}",
-    "- arg: {name: x}", "- let: {name: a, valu: b}", "- include: {file: /nowhere.yaml}"])
+    "- arg: {name: x}", "- set_remap: {from: x}", "- push_ros_namespace: {name: x}",
+    "- let: {name: a, valu: b}", "- include: {file: /nowhere.yaml}"])
 def test_bad_launch_files_are_errors(tmp_path: Path, text: str) -> None:
     """The error names the file."""
     with pytest.raises(CommandError, match=r"\.yaml"):

@@ -50,25 +50,6 @@ def first(log: dict[str, Any]) -> slice:
     return slice(begin, begin + int(np.argmax(log["contact_force"][begin:] <= 5.0)))
 
 
-@pytest.mark.nightly("the demonstration once more, in the other engine")
-def test_the_demonstration_runs_in_mujoco(ros2: Any, summary: dict[str, Any], tmp_path: Path,
-                                          ) -> None:
-    """One hit opens the door, the robot stands; the same figures, of the engine that is named."""
-    pytest.importorskip("mujoco")
-    done = ros2("run", "door_impact_evaluation", "demo", "--engine", "mujoco", "--out",
-                str(tmp_path))
-    assert done.status == 0, done.out + done.err
-    found = read(tmp_path)
-    assert {name: set(part or ()) for name, part in found.items()} == {
-        name: set(part or ()) for name, part in summary.items()}
-    for run, engine in ((summary, "pybullet"), (found, "mujoco")):
-        assert run["run"]["engine"] == engine
-        assert {"pybullet", "mujoco"} & set(run["run"]["versions"]) == {engine}
-    assert found["door"]["peak_deg"] == pytest.approx(25.0, abs=1.0)
-    assert found["impact"]["contacts_before_peak"] == 1
-    assert found["robot"]["fell"] is False
-
-
 def test_one_contact_opens_the_door_to_25_deg_where_it_is_held(
         demo: Any, summary: dict[str, Any], log: dict[str, Any], first: slice) -> None:
     """By the right elbow; the legs slow down after it and not before, and the planner counts it.

@@ -133,9 +133,9 @@ def test_rviz_shows_topics_of_the_right_type(recording: Recording) -> None:
         topic = display.get("Topic") or display.get("Description Topic")
         if topic is None:
             continue
-        shown[topic["Value"]] = RVIZ_TYPES[display["Class"].partition("/")[2]]
+        shown["/" + topic["Value"]] = RVIZ_TYPES[display["Class"].partition("/")[2]]
         latched = topic["Durability Policy"] == "Transient Local"
-        assert latched == topic["Value"].endswith(("_description", "/footstep_markers"))
+        assert latched == topic["Value"].endswith(("_description", "footstep_markers"))
     assert set(shown) == {"/robot_description", "/door_description", "/footstep_markers",
                           "/support_polygon", "/zmp", "/com"}
     assert shown == {topic: recording.types[topic] for topic in shown}
@@ -162,12 +162,8 @@ def test_foxgloves_plots_find_their_numbers(recording: Recording) -> None:
         assert np.isfinite(eval(f"message.{fields}", {"message": recording.messages[topic][0]}))
 
 
-def test_the_report_of_the_recording_shows_the_hit(demo: Any, called: Any, tmp_path: Path) -> None:
-    """The report of the topics has the simulation's contact to 20 ms, and its peak to 60 ms."""
-    out = tmp_path / "run.html"
-    done = called("door_impact_evaluation", "report", str(demo.out / "run.mcap"), "--out", str(out))
-    assert done.status == 0, done.err
-    assert "1 hit," in done.out
+def test_the_replay_of_the_recording_shows_the_hit(demo: Any) -> None:
+    """The replay of the topics has the simulation's contact to 20 ms, and its peak to 60 ms."""
     (run,) = read_runs(demo.out / "run.mcap")
     replay = replay_of(run)
     assert [phase.name for phase in replay.phases] == [

@@ -3,18 +3,17 @@
 from dataclasses import dataclass
 
 import numpy as np
-from door_impact_common.driver.intake import CURRENT
-from door_impact_common.driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
+from robot_driver.intake import CURRENT
+from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
 
 HIT, WALK, PASSAGE = "hit", "walk", "passage"
-COMMANDER = {HIT: "executor", WALK: "walker", PASSAGE: "passer"}  # part that moves the robot
-EXECUTOR, DRIVER, COMMANDS, ENCODER = COMMANDER[HIT], "driver", "commands", "door_encoder"
+SERVER, DRIVER, COMMANDS, ENCODER = "motion_server", "driver", "commands", "door_encoder"
 DOOR_PERIOD = 0.02  # period of the messages about the door, the longest of all topics [s]
 TOPICS = (JOINTS, IMU, DOOR, *WRENCHES.values())
 
 # What can happen to each part. The driver is late, but it never ends: without it no robot stands.
 KINDS = {
-    EXECUTOR: ("stopped", "killed", "asked to stop"),
+    SERVER: ("stopped", "killed", "asked to stop"),
     DRIVER: ("late",),
     ENCODER: ("stopped", "killed"),
     COMMANDS: ("delayed", "dropped", "duplicated"),
@@ -26,7 +25,7 @@ IN_PASSAGE = (  # parts, what happens to them, for how long [s], and the impulse
     ((LEAF,), "pulled open", (0.2, 1.5), (4.0, 25.0)),
     ((LEAF,), "pushed shut", (0.2, 1.5), (-25.0, -4.0)),
     ((ROBOT,), "pushed", _BRIEF, (5.0, 20.0)),
-    ((COMMANDER[PASSAGE],), "asked to stop", _NONE, _NONE),
+    ((SERVER,), "asked to stop", _NONE, _NONE),
     ((JOINTS, IMU, DOOR, HAND), "dropped", (0.7, 3.0), _NONE))
 FRICTIONS = (0.8, 0.6, 0.4)  # of the soles in passages
 SHORTEST, LONGEST = 0.05, 5.0  # duration of a fault [s]
@@ -51,14 +50,14 @@ class Fault:
 
     @property
     def noticeable(self) -> bool:
-        """Whether the executor can notice it by its messages alone.
+        """Whether the node can notice it by its messages alone.
 
         It cannot notice a loss of less than `CURRENT`, nor what happens to its commands.
         """
         if self.kind == "dropped":
             return self.part in (*TOPICS, HAND) and self.length > CURRENT + DOOR_PERIOD
         return self.part in TOPICS or (
-            self.part in (EXECUTOR, ENCODER) and self.kind == "stopped"
+            self.part in (SERVER, ENCODER) and self.kind == "stopped"
             and self.length > CURRENT + DOOR_PERIOD)
 
     def __str__(self) -> str:
@@ -116,7 +115,7 @@ class Verdict:
 
 
 NAMED = (
-    Fault(EXECUTOR, "stopped", -0.05, 3.0, 0.0, 0),
+    Fault(SERVER, "stopped", -0.05, 3.0, 0.0, 0),
     Fault(COMMANDS, "delayed", 0.9, 1.5, 0.9, 0),
 )
 """Faults that have thrown the door, or left the robot in its way."""
@@ -131,7 +130,7 @@ def draw(seed: int, count: int) -> list[Fault]:
 
     faults = []
     for number in range(count):
-        part = str(rng.choice((EXECUTOR, EXECUTOR, DRIVER, COMMANDS, ENCODER, *TOPICS)))
+        part = str(rng.choice((SERVER, SERVER, DRIVER, COMMANDS, ENCODER, *TOPICS)))
         kind = str(rng.choice(KINDS[part]))
         begin = _instant_of_hit(rng)
         once = part in TOPICS and rng.random() < ONCE
@@ -152,7 +151,7 @@ def outages(motion: str, lasts: float, seed: int, count: int) -> list[Fault]:
         return _instant_of_hit(rng) if motion == HIT else float(rng.uniform(-lasts, 0.0))
 
     return [Fault(part, kind, instant(), SILENCE * (part == DRIVER), 0.0, number, motion)
-            for part, kind in ((COMMANDER[motion], "killed"), (DRIVER, "silent"))
+            for part, kind in ((SERVER, "killed"), (DRIVER, "silent"))
             for number in range(count)]
 
 

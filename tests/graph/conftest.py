@@ -34,7 +34,9 @@ def nodes(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Graph]:
     """
     with ExitStack() as end:
         with own_domain():
-            running = end.enter_context(launch(tmp_path_factory.mktemp("graph")))
+            folder = tmp_path_factory.mktemp("graph")
+            running = end.enter_context(launch(
+                folder, "engine:=mujoco", f"log_file:={folder / 'simulation.npz'}"))
         yield running
         with own_domain():
             stop_daemon()

@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from door_impact_msgs.srv import PushDoor
+from door_impact_msgs.srv import PushDoor, PushRobot
+from geometry_msgs.msg import PointStamped, Vector3
 from hrp2_description.robot import load_robot_config
+from processes import parameters
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from graph.test_walk import Result, to, walker
 
 # A joint that moves less stands still [rad]: sensor noise makes the stabilizer move an ankle by
 # up to 4.8 mrad.
@@ -88,15 +92,29 @@ def test_a_good_trajectory_moves_the_joint_it_names(
 
 
 def test_a_fall_is_reported_and_ends_in_a_reset(graph: Any, send: Callable[..., None]) -> None:
-    """The robot leans over its toes: it is told why it fell, refuses to move, and stands again."""
-    lean = ROBOT.posture({"RLEG_JOINT4": -1.0, "LLEG_JOINT4": -1.0})
-    told = driver(graph, lambda s: s["message"].startswith("fell"), lambda: send(0.6, lean))
-    assert float(told["max_tilt_deg"]) > 10.0
-    told = driver(graph, lambda s: "fallen" in s["last_refusal"],
-                  lambda: send(2.0, ROBOT.half_sitting))
-    assert told["message"].startswith("fell")
-    graph.reset()
-    driver(graph, lambda s: s["message"] == "holding")
+    """A shove of 120 N s fells a walker; it is told why, nothing moves it, and it stands again.
+
+    A shove of 10,000 N s is refused.
+    """
+    graph.client(PushRobot, "/sim/push_robot")
+    with walker(graph) as walk:
+        sent = walk.begin(to(2.0), 2)
+        refused = graph.call(PushRobot, "/sim/push_robot", impulse=Vector3(x=1e4))
+        assert not refused.success
+        assert "impulse" in refused.message
+        answer = graph.call(PushRobot, "/sim/push_robot", impulse=Vector3(x=20.0, y=-120.0))
+        assert answer.success, answer.message
+        assert sent.end.result.error_code == Result.FELL, sent.end.result.message
+        told = driver(graph, lambda s: "fallen" in s["last_refusal"],
+                      lambda: send(2.0, ROBOT.half_sitting))
+        assert told["message"].startswith("fell")
+        assert float(told["max_tilt_deg"]) > 10.0
+        assert walk.send(to(0.5)).end.result.error_code == Result.NOT_READY
+        graph.reset()
+        driver(graph, lambda s: s["message"] == "holding")
+        walk.arrive(to(0.3, dry_run=True))
+    zmp = graph.listen(PointStamped, "/zmp", lambda got: len(got) > 100)[-1].point
+    assert (zmp.x, zmp.y) == pytest.approx((0.0, 0.0), abs=0.01)
 
 
 def test_a_reset_while_the_door_is_open_leaves_the_zero_of_its_encoder(graph: Any) -> None:
@@ -105,3 +123,14 @@ def test_a_reset_while_the_door_is_open_leaves_the_zero_of_its_encoder(graph: An
     graph.reset()
     graph.listen(JointState, "/door_angle", lambda got: len(got) > 100 and max(
         abs(m.position[0]) for m in got[-100:]) < 0.01)
+
+
+def test_a_second_driver_is_refused_and_the_first_goes_on(
+        graph: Any, start: Callable[..., Any]) -> None:
+    """Two drivers of one robot would fight."""
+    second = start("run", "hrp2_sim_bridge", "hrp2_sim_bridge", "--ros-args", "--params-file",
+                   parameters())
+    assert second.wait() == 1
+    assert "/hrp2_sim_bridge" in second.text()
+    assert "Traceback" not in second.text()
+    graph.listen(JointState, "/joint_states", lambda got: len(got) > 100)

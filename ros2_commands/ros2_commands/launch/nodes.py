@@ -7,6 +7,7 @@ import os
 import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import PurePosixPath
 from typing import Any
 
 import yaml
@@ -16,6 +17,7 @@ from ros2_commands.launch.substitutions import Scope, substitute
 from ros2_commands.packages import executable
 
 CONDITIONS = ("if", "unless")
+NAMESPACE = "ros_namespace"  # variable that holds the present namespace, as in ROS 2
 _KEYS = {"name", "namespace", "output", "args", "env", "on_exit", "param", "remap"}
 _OUTPUTS = ("log", "screen", "both")
 
@@ -78,14 +80,37 @@ def node_process(body: dict[str, Any], scope: Scope, number: int) -> Process:
     )
 
 
+def push_namespace(body: dict[str, Any], scope: Scope) -> None:
+    """Put the following nodes of a scope into a namespace, inside the present one if relative."""
+    check_keys("push_ros_namespace", body, set(), {"namespace"})
+    scope.variables[NAMESPACE] = _inside(body, scope)
+
+
+def set_remap(body: dict[str, Any], scope: Scope) -> None:
+    """Give the following nodes of a scope a remapping, which goes before their own."""
+    check_keys("set_remap", body, set(), {"from", "to"})
+    scope.remaps.append(_remapping(body, scope))
+
+
+def _inside(body: dict[str, Any], scope: Scope) -> str:
+    outer = scope.variables.get(NAMESPACE, "/")
+    # Absolute, because rcl refuses another one.
+    return str(PurePosixPath(outer, substitute(body.get("namespace", ""), scope)))
+
+
+def _remapping(item: dict[str, Any], scope: Scope) -> str:
+    return f"{substitute(item['from'], scope)}:={substitute(item['to'], scope)}"
+
+
 def _ros_arguments(body: dict[str, Any], scope: Scope) -> Iterator[str]:
-    for key, remapped in (("name", "__node"), ("namespace", "__ns")):
-        if key in body:
-            yield from ("-r", f"{remapped}:={substitute(body[key], scope)}")
+    if "name" in body:
+        yield from ("-r", f"__node:={substitute(body['name'], scope)}")
+    if "namespace" in body or NAMESPACE in scope.variables:
+        yield from ("-r", f"__ns:={_inside(body, scope)}")
     for item in body.get("param", []):
         yield from _parameter(item, scope)
-    for item in body.get("remap", []):
-        yield from ("-r", f"{substitute(item['from'], scope)}:={substitute(item['to'], scope)}")
+    for rule in (*scope.remaps, *(_remapping(item, scope) for item in body.get("remap", []))):
+        yield from ("-r", rule)
 
 
 def _parameter(item: dict[str, Any], scope: Scope) -> tuple[str, str]:

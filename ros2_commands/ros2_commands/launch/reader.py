@@ -4,14 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from ros2_commands.errors import CommandError
-from ros2_commands.launch.nodes import CONDITIONS, Process, check_keys, node_process
+from ros2_commands.launch.nodes import (
+    CONDITIONS,
+    Process,
+    check_keys,
+    node_process,
+    push_namespace,
+    set_remap,
+)
 from ros2_commands.launch.substitutions import Scope, describe, is_true, substitute
 
 
@@ -66,6 +73,8 @@ class _Reader:
             "node": self._node,
             "include": self._include,
             "group": self._group,
+            "push_ros_namespace": push_namespace,
+            "set_remap": set_remap,
         }
 
     def read(self, scope: Scope) -> None:
@@ -135,7 +144,7 @@ class _Reader:
         for item in body.get("arg", []):
             scope.variables[str(item["name"])] = substitute(item["value"], scope)
         # As in ROS 2, what the included file sets stays set.
-        self.read(Scope(Path(substitute(body["file"], scope)), scope.variables))
+        self.read(replace(scope, file=Path(substitute(body["file"], scope))))
 
     def _group(self, entities: list[Any], scope: Scope) -> None:
         self._entities(entities, scope.inner())

@@ -34,14 +34,15 @@ Parts = tuple[Union[str, "Call"], ...]
 
 @dataclass
 class Scope:
-    """What substitutions depend on: the launch file and its variables."""
+    """What entities depend on: the launch file, its variables and the remappings of all nodes."""
 
     file: Path
     variables: dict[str, str] = field(default_factory=dict)
+    remaps: list[str] = field(default_factory=list)
 
     def inner(self) -> Scope:
         """Return a scope whose changes stay inside."""
-        return replace(self, variables=dict(self.variables))
+        return replace(self, variables=dict(self.variables), remaps=list(self.remaps))
 
 
 def substitute(text: Any, scope: Scope) -> str:

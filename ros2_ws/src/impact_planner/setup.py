@@ -15,12 +15,11 @@ setup(
     zip_safe=False,
     maintainer="hrp2_door_impact maintainers",
     maintainer_email="maintainers@hrp2-door-impact.org",
-    description="Planning and execution of a whole-body impact that opens a heavy swing door.",
+    description="Planning of a whole-body impact that opens a heavy swing door.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
             "impact_planner = impact_planner.ros.impact_planner_node:main",
-            "impact_executor = impact_planner.ros.impact_executor_node:main",
             "plan = impact_planner.tools.plan_cli:main",
         ],
     },

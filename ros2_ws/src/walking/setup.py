@@ -20,8 +20,6 @@ setup(
     entry_points={
         "console_scripts": [
             "plan = walking.tools.plan_cli:main",
-            "door_passer = walking.ros.door_passer_node:main",
-            "walker = walking.ros.walker_node:main",
         ],
     },
 )

@@ -11,7 +11,6 @@ from typing import Any
 
 import rclpy
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
-from door_impact_common.driver.intake import present
 from door_impact_common.errors import InputError, OutputError, SettingError
 from door_impact_common.node import GuardedNode, executor_of, run_node, spin_for
 from door_impact_common.parameters import Parameters
@@ -20,6 +19,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+from robot_driver.intake import present
 
 _PART = re.compile(r"^\s*(?:(\w+)/)?([A-Z]\w*)[ \t\[]", re.MULTILINE)  # a field that is a message
 

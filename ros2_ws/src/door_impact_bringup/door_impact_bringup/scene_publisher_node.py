@@ -4,7 +4,7 @@ import math
 import sys
 
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.parameters import FRAME_PREFIX, Parameters
 from door_model.door.config import load_door
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
@@ -20,11 +20,12 @@ PARAMETERS = {
         math.nan, "distance from the origin of odom to the closed leaf's face, along -y [m]"),
     "hinge_x": (math.nan, "x of a hinge at the right in odom, -x of one at the left [m]"),
     "world_frame": ("odom", "name of the frame in which the door stands"),
+    "frame_prefix": FRAME_PREFIX,
 }
 
 
 class ScenePublisher(GuardedNode):
-    """Publishes the leaf's transform for each message on /door_angle.
+    """Publishes the leaf's transform for each message on door_angle.
 
     The door's description and the place of its frame do not change; they are published once, when
     the node starts, on latched topics.
@@ -41,22 +42,23 @@ class ScenePublisher(GuardedNode):
         self._hinge, urdf = door.hinge, door_scene.door_urdf(door)
         frame = door_scene.frame_pose(
             parameters.number("door_distance"), parameters.number("hinge_x"), self._hinge)
-        world = parameters.text("world_frame")
+        world, self._base, self._leaf = (parameters.text("frame_prefix") + name for name in (
+            parameters.text("world_frame"), door_scene.FRAME, door_scene.LEAF))
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._description = self.create_publisher(String, "/door_description", latched)
+        self._description = self.create_publisher(String, "door_description", latched)
         self._description.publish(String(data=urdf))
         self._static = self.create_publisher(TFMessage, "/tf_static", latched)
         stamp = self.get_clock().now().to_msg()
-        self._static.publish(transforms(stamp, [(world, door_scene.FRAME)], [frame]))
+        self._static.publish(transforms(stamp, [(world, self._base)], [frame]))
         self._moving = self.create_publisher(TFMessage, "/tf", 100)
-        self.create_subscription(JointState, "/door_angle", self._on_angle, 10)
+        self.create_subscription(JointState, "door_angle", self._on_angle, 10)
 
     def _on_angle(self, message: JointState) -> None:
         if self._moving.get_subscription_count() and message.position:
             leaf = door_scene.leaf_pose(message.position[0], self._hinge)
-            frames = (door_scene.FRAME, door_scene.LEAF)
-            self._moving.publish(transforms(message.header.stamp, [frames], [leaf]))
+            frames = [(self._base, self._leaf)]
+            self._moving.publish(transforms(message.header.stamp, frames, [leaf]))
 
 
 def main(args: list[str] | None = None) -> int:

@@ -1,6 +1,7 @@
 """No node hides or touches what belongs to rclpy's Node."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from rclpy.node import Node
 
 SOURCES = Path(__file__).parents[2]
 BASES = {"Node", "GuardedNode"}
+ABSOLUTE = re.compile(r"/[a-z]\w*(/\w+)*")
 
 
 def node_modules():
@@ -65,3 +67,25 @@ def test_nothing_touches_private_names_of_rclpy():
             elif isinstance(each, ast.Attribute) and not is_self(each.value):
                 assert not each.attr.startswith("_") or each.attr.startswith("__"), (
                     path, each.lineno)
+
+
+def texts(module):
+    """Texts of a module; of a formatted one its beginning, with a letter for what comes next."""
+    parts = set()
+    for each in ast.walk(module):
+        if isinstance(each, ast.JoinedStr):
+            parts.update(map(id, each.values))
+            if isinstance(each.values[0], ast.Constant):
+                yield f"{each.values[0].value}x"
+        elif isinstance(getattr(each, "value", None), str) and id(each) not in parts:
+            yield each.value
+
+
+@pytest.mark.parametrize("package", sorted({path.parent.name for path in SOURCES.glob("*/*.xml")}))
+def test_names_can_be_moved(package):
+    """Namespaces and remappings move every topic, service and action but those of all robots."""
+    for path in SOURCES.glob(f"{package}/{package}/**/*.py"):
+        text = path.read_text("utf-8")
+        if "rclpy" in text or "ros" in path.parts or package == "robot_driver":
+            absolute = set(filter(ABSOLUTE.fullmatch, texts(ast.parse(text))))
+            assert absolute <= {"/tf", "/tf_static", "/clock", "/diagnostics"}, path

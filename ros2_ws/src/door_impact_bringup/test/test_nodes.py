@@ -22,10 +22,12 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BEST_EFFORT = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
-@pytest.fixture
-def pair() -> Iterator[tuple[Any, Node, SingleThreadedExecutor]]:
+@pytest.fixture(params=["", "robot1"])
+def pair(request: pytest.FixtureRequest) -> Iterator[tuple[Any, Node, SingleThreadedExecutor]]:
     """Returns scene_publisher, another node, and the executor that spins both."""
-    rclpy.init(args=["--ros-args", "-p", "door_distance:=0.738", "-p", "hinge_x:=-0.4056"])
+    moved = ["-r", f"__ns:=/{request.param}", "-p", f"frame_prefix:={request.param}/"]
+    rclpy.init(args=["--ros-args", "-p", "door_distance:=0.738", "-p", "hinge_x:=-0.4056",
+                     *(moved if request.param else ())])
     nodes = scene_publisher_node.ScenePublisher(), Node("viewer")
     executor = SingleThreadedExecutor()
     for node in nodes:
@@ -50,15 +52,17 @@ def test_a_late_viewer_gets_description_and_place_of_the_door(
         pair: tuple[Any, Node, SingleThreadedExecutor]) -> None:
     """Both topics are latched; the hinge is at (hinge_x, -door_distance) in odom."""
     _, viewer, executor = pair
+    prefix = f"{viewer.get_namespace()}/".lstrip("/")
     descriptions: list[String] = []
     places: list[TFMessage] = []
-    viewer.create_subscription(String, "/door_description", descriptions.append, LATCHED)
+    viewer.create_subscription(String, "door_description", descriptions.append, LATCHED)
     viewer.create_subscription(TFMessage, "/tf_static", places.append, LATCHED)
     description = first_message(executor, descriptions).data
     assert '<joint name="door_hinge"' in description
     assert 'name="wall_free_side"' in description
     (standing,) = first_message(executor, places).transforms
-    assert (standing.header.frame_id, standing.child_frame_id) == ("odom", "door_frame")
+    assert (standing.header.frame_id, standing.child_frame_id) == (
+        f"{prefix}odom", f"{prefix}door_frame")
     place = standing.transform.translation
     assert (place.x, place.y, place.z) == (-0.4056, -0.738, 0.0)
 
@@ -67,16 +71,18 @@ def test_the_leaf_turns_with_the_doors_angle(
         pair: tuple[Any, Node, SingleThreadedExecutor]) -> None:
     """An opening angle of 30 deg turns the leaf by -30 deg about z, at the angle's stamp."""
     _, viewer, executor = pair
+    prefix = f"{viewer.get_namespace()}/".lstrip("/")
     moves: list[TFMessage] = []
     viewer.create_subscription(TFMessage, "/tf", moves.append, 10)
-    publisher = viewer.create_publisher(JointState, "/door_angle", LATCHED)
+    publisher = viewer.create_publisher(JointState, "door_angle", LATCHED)
     angle = JointState(name=["door_hinge"], position=[math.radians(30.0)])
     angle.header.stamp.sec = 7
     while not moves:
         publisher.publish(angle)
         executor.spin_once(timeout_sec=0.01)
     (leaf,) = moves[0].transforms
-    assert (leaf.header.frame_id, leaf.child_frame_id) == ("door_frame", "door_leaf")
+    assert (leaf.header.frame_id, leaf.child_frame_id) == (
+        f"{prefix}door_frame", f"{prefix}door_leaf")
     assert leaf.header.stamp.sec == 7
     turn = leaf.transform.rotation
     assert 2.0 * math.atan2(turn.z, turn.w) == pytest.approx(math.radians(-30.0))
@@ -127,10 +133,21 @@ def test_both_launch_files_pass_the_simulations_choices_on() -> None:
         assert passed in included["arg"]
 
 
+def test_parameters_and_frames_follow_the_namespace() -> None:
+    """Each key of params.yaml holds in any namespace; with one, its name precedes each frame."""
+    folder = Path(get_package_share_directory("door_impact_bringup"), "config")
+    keys = set(yaml.safe_load((folder / "params.yaml").read_text()))
+    assert keys <= {"/**", *(f"/**/{node['name']}" for node in launched("node"))}
+    (prefix,) = (arg["default"] for arg in launched("arg") if arg["name"] == "frame_prefix")
+    for given, expected in {"": "", "robot1": "robot1/", "/a/b": "a/b/"}.items():
+        expression = prefix.removeprefix('$(eval "').removesuffix('")')
+        assert eval(expression.replace("$(var namespace)", given)) == expected
+
+
 def test_every_node_is_required_but_recorder_and_view() -> None:
     """If a node ends, all end; without the recorder, as on a full disk, the others go on."""
     nodes = launched("node")
     ends = {node["name"]: node.get("on_exit") for node in nodes}
-    assert len(ends) == 11
+    assert len(ends) == 9
     assert {name for name, action in ends.items() if action != "shutdown"} == {
         "recorder", "door_impact_view"}

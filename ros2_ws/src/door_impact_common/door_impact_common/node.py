@@ -1,19 +1,18 @@
 """How every node of this project starts and ends, and what an exception in it does."""
 
 import gc
-import math
 import signal
 import sys
 import time
 import traceback
 from collections import Counter
 from collections.abc import Callable
-from functools import partial, wraps
+from functools import wraps
+from inspect import iscoroutinefunction
 from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.node import Node
@@ -30,7 +29,6 @@ except ImportError:
 # and about half of the nodes miss the first announcements.
 DISCOVERY_TIME = 3.5
 _POLL = 0.05  # interval between two looks at the graph [s]
-_LOOK = 0.005  # interval between two looks at a condition [s]
 _THROTTLE = 5.0  # shortest time between two reports of callbacks that fail again [s]
 _TURN = 0.5  # longest time for which `spin` lets the executor run at once [s]
 
@@ -41,7 +39,7 @@ class GuardedNode(Node):
     An unforeseen exception is a fault of the program. It must not end the graph with a robot in
     motion: the error is logged, with its traceback the first time that this callback fails so,
     and the node goes on. A service answers with the reason; if a callback for parameters fails,
-    they stay as they are. Callbacks are plain functions, not coroutines. rclpy itself guards the
+    they stay as they are. rclpy itself guards the
     execution of an action; what accepts and cancels goals can be given to `guarded`.
 
     Attributes:
@@ -76,7 +74,11 @@ class GuardedNode(Node):
     def create_service(
         self, srv_type: Any, srv_name: str, callback: Callable[..., Any], *args: Any, **options: Any
     ) -> Any:
-        """Create a service; after a failure it answers with `success` false and a message."""
+        """Create a service; after a failure it answers with `success` false and a message.
+
+        Its callback may be a coroutine, which EventsExecutor does not await by itself. The answer
+        is sent when it has ended; meanwhile the node handles messages.
+        """
 
         def failed(reason: str) -> Any:
             response = srv_type.Response()
@@ -85,7 +87,19 @@ class GuardedNode(Node):
             return response
 
         safe = self.guarded(callback, f"the service {srv_name}", failed)
-        return super().create_service(srv_type, srv_name, safe, *args, **options)
+        if not iscoroutinefunction(callback):
+            return super().create_service(srv_type, srv_name, safe, *args, **options)
+        service: Any = super().create_service(
+            srv_type, srv_name, lambda *asked: self._executor().create_task(callback, *asked),
+            *args, **options)
+        send = service.send_response
+        service.send_response = lambda task, header: task.add_done_callback(
+            lambda done: send(done.result(), header))
+        return service
+
+    def _executor(self) -> Executor:
+        assert self.executor is not None, "its callbacks run"
+        return self.executor
 
     def add_on_set_parameters_callback(self, callback: Callable[..., Any]) -> None:
         """Add a callback for parameters; after a failure they are refused."""
@@ -244,18 +258,3 @@ def run_node(
         if not ends:  # otherwise another signal may come while Python ends
             signal.signal(signal.SIGINT, previous)
     return 0
-
-
-async def until(node: Node, condition: Callable[[], bool], patience: float = math.inf) -> None:
-    """Wait in a coroutine of a node until a condition holds, by looking again and again.
-
-    Args:
-        patience: Longest time to wait, by the computer's clock [s].
-    """
-    end = time.monotonic() + patience
-    while not condition() and time.monotonic() < end:
-        later = Future()
-        timer = node.create_timer(_LOOK, partial(later.set_result, None),
-                                  clock=Clock(clock_type=ClockType.STEADY_TIME))
-        await later
-        node.destroy_timer(timer)

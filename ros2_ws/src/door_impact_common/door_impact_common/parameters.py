@@ -11,6 +11,9 @@ from rclpy.node import Node
 
 from door_impact_common.errors import SettingError
 
+FRAME_PREFIX = ("", "text before the name of each frame in messages, such as robot1/")
+"""Default and description of the parameter `frame_prefix`, for the tables of nodes with frames."""
+
 
 class Parameters:
     """Parameters of a node, declared together and checked when they are read.

@@ -4,47 +4,33 @@ import math
 
 import numpy as np
 import pytest
-from door_impact_evaluation.run import rehearsal, walk_run
+from door_impact_evaluation.run.driver_link import DriverLink
+from door_impact_evaluation.run.rehearsal import world_of
 from door_model.door.config import load_door
 from hrp2_description.robot import SIDES, load_robot_config
-from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.execution.point_b import PointB
-from impact_planner.execution.types import Outcome as HitOutcome
-from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import configured_placement, make_settings
-from walking.execution.goal import WalkGoal, plan_goal
-from walking.execution.start import Standing, require_near, start_state
-from walking.execution.walk import Outcome
-from walking.pattern.settings import WalkSettings
+from motion_execution.mission.link import HitRequest
+from motion_execution.mission.mission import HIT, WALK
+from motion_execution.mission.order import Order
+from motion_execution.walk.goal import WalkGoal
+from robot_driver.motion import Outcome
 
 
 @pytest.mark.nightly("a hit and a walk, half a minute each")
 @pytest.mark.parametrize(("engine", "ending"), [("pybullet", "hold"), ("mujoco", "retreat")])
 def test_the_robot_walks_away_after_a_hit(engine, ending):
     """0.4 m away from the door, with the arm where it is: within 20 mm, upright."""
-    robot = RobotModel(load_robot_config())
-    placement = configured_placement()
-    plan = plan_impact(
-        PlanRequest(math.radians(20.0), ending=ending),
-        KnownDoor.configured(load_door("paper")), robot, make_settings(placement))
-    world = World(robot.config, load_door("paper"), placement["door_distance"],
-                  placement["hinge_x"], engine=engine)
+    robot, door = RobotModel(load_robot_config()), load_door("paper")
+    world = world_of(robot, door, 0.0, engine=engine)
     try:
-        hit = rehearsal.execute(world, plan, PointB(robot), lambda *_: None, None)
-        assert hit.outcome is HitOutcome.SUCCESS, hit.reason
-        sample = world.step()
-        settings = WalkSettings()
-        base = walk_run.base_of(world)
-        state = start_state(
-            robot, Standing(base, 0.0, sample.position, sample.velocity), settings)
-        middle = state.stance.middle
-        goal = middle.moved(0.0, 0.4)
-        walk = plan_goal(robot, state, WalkGoal(goal, keep_heading=True), settings)
-        require_near(robot, walk.knots.position[0], sample.position)
-        done, _ = walk_run.execute(world, robot, walk)
+        link = DriverLink(world, robot, KnownDoor.configured(door))
+        plan = link.plan_hit(HitRequest(math.radians(20.0), ending, "", -1.0, -1.0)).result()
+        hit = link.run(link.mission.hit(plan, Order(HIT)), 40.0)
+        assert hit.outcome is Outcome.SUCCESS, hit.reason
+        goal = link.mission.body.soles().middle.moved(0.0, 0.4)
+        done = link.run(
+            link.mission.walk(WalkGoal(goal, keep_heading=True), Order(WALK)), 40.0)
         assert done.outcome is Outcome.SUCCESS, done.reason
         assert not world.fell
         log = world.log()

@@ -4,18 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from door_impact_evaluation.run.walk_run import (
-    AFTERWARDS,
-    Push,
-    plan_between,
-    push_standing,
-    walk,
-)
+from door_impact_evaluation.run.driver_link import AFTERWARDS
+from door_impact_evaluation.run.walk_run import Push, plan_between, push_standing, walk
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
-from walking.execution.walk import Outcome
+from robot_driver.motion import Outcome
 from walking.footsteps.footstep import Pose
 
 START = Pose(-3.0, 7.5, 2.5)

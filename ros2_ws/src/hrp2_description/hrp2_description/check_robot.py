@@ -15,7 +15,7 @@ from hrp2_description.robot import RobotConfig, load_robot_config
 from hrp2_description.urdf import Urdf
 
 _EXAMPLE = """\
-example, a file beside its URDF; planner, executor, walker, ZMP and simulation refuse what this
+example, a file beside its URDF; planner, motion server, ZMP and simulation refuse what this
 command refuses:
   ros2 run hrp2_description check_robot my_robot.yaml
 """

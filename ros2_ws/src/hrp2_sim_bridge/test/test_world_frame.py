@@ -51,8 +51,8 @@ def test_a_frame_that_nothing_touches_changes_nothing(framed, engine) -> None:
     logs = []
     for frame in (Frame(0.9, 0.1, 0.14), None):
         world = framed(frame, engine=engine)
-        world.push_door(35.0, 0.2)
-        logs.append(run(world, 1.2))
+        world.push_door(60.0, 0.1)
+        logs.append(run(world, 0.5))
     assert logs[0]["door_angle"].max() > np.radians(85.0)
     for name, column in logs[0].items():
         np.testing.assert_array_equal(column, logs[1][name], err_msg=name)
@@ -64,7 +64,7 @@ def test_the_log_has_the_force_of_the_wall(framed, robot, engine) -> None:
     """Pushed sideways against the wall, the robot gets the momentum that the log's forces say."""
     world = framed(engine=engine, start=(1.2, -0.8 + 0.42, 0.0))
     world.push_robot(np.array([0.0, -60.0, 0.0]), 0.1)
-    log = run(world, 0.6)
+    log = run(world, 0.2)
     force = log["frame_force"]
     touched = np.flatnonzero(force > 0.0)
     assert force.max() > 50.0

@@ -37,7 +37,7 @@ def test_both_open_alike_and_are_as_far_from_the_robot(worlds):
         right, left = (world.engine.leaf_distance(1.0) for world in worlds)
         assert left == pytest.approx(right, abs=2e-3)
         assert (left > 0.2) == opened
-        for world in worlds:
+        for world in worlds if not opened else ():
             world.push_door(20.0, 0.1)
             for _ in range(60):
                 world.step()
@@ -53,6 +53,8 @@ def test_a_robot_that_is_pushed_touches_the_door_at_its_left(worlds):
         world.push_robot(np.array([0.0, -60.0, 0.0]))
         for _ in range(120):
             world.step()
+            if world.engine.touch().force > 0.0:
+                break
         logs.append(world.log())
     (right, there), (left, here) = (
         (log, np.flatnonzero(log["contact_force"] > 0.0)[0]) for log in logs)

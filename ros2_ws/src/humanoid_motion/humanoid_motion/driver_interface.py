@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from door_impact_common.arrays import Array
-from door_impact_common.driver.samples import ImuSample
 
 from humanoid_motion.knots import Knots
+from humanoid_motion.samples import ImuSample, Measured
 
 
 @dataclass(frozen=True)
@@ -66,6 +66,12 @@ class TickSample:
     counts: tuple[int, ...]
     left_hand_wrench: Array | None = None
     right_hand_wrench: Array | None = None
+
+    @property
+    def measured(self) -> Measured:
+        """What a motion gets of it as one sample."""
+        return Measured(self.position, self.velocity, self.imu, self.left_wrench,
+                        self.right_wrench, self.time)
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,6 @@ from typing import Any, TypeVar
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.documents import Vector
-from door_impact_common.driver.samples import ImuSample
-from door_impact_common.driver.sight import Straight
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import RobotConfig
 from hrp2_description.robot_types import Pad
@@ -29,6 +27,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.pinocchio_model import FLIP, find_twins, free_floating_model
+from humanoid_motion.samples import ImuSample
 
 AnyPad = TypeVar("AnyPad", bound=Pad)
 OTHER = {"left": "right", "right": "left"}
@@ -71,6 +70,18 @@ def imu_sample(sample: ImuSample) -> ImuSample:
     """Return the image of an IMU's reading."""
     return ImuSample(orientations(sample.orientation), -FLIP * sample.angular_velocity,
                      FLIP * sample.specific_force)
+
+
+class Straight:
+    """Robot and door as they are, with the door hinged at the robot's right."""
+
+    def message(self, message: Any) -> Any:
+        """Return a message from one side as the other side has it."""
+        return message
+
+    def text(self, text: str) -> str:
+        """Return a text, or a topic, from one side as the other side has it."""
+        return text
 
 
 class Mirror(Straight):

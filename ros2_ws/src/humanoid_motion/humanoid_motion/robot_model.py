@@ -16,8 +16,6 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from door_impact_common.driver.intake import Plausible
-from door_impact_common.driver.ranges import joint_ranges
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import SIDES, RobotConfig
 from hrp2_description.support import sole_corners
@@ -176,11 +174,6 @@ class RobotModel:
         pin.forwardKinematics(self.model, self.data, q)
         pose = pin.updateFramePlacement(self.model, self.data, self._frame_id(name))
         return np.array(pose.translation), np.array(pose.rotation)
-
-    @cached_property
-    def joint_ranges(self) -> Plausible:
-        """What a driver can measure of the joints: positions, then speeds."""
-        return joint_ranges(self.joint_names, self.lower, self.upper, self.speed_limit)
 
     def poses_in_base(self, joints: ArrayLike, names: Sequence[str]) -> list[Array]:
         """Compute the poses (4, 4) of frames in base_link for joints (J,) [rad]."""

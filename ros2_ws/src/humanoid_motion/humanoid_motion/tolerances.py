@@ -1,4 +1,4 @@
-"""Tolerances of the joints' limits and start, which planner, walker and driver share."""
+"""Tolerances of the joints' limits and start, which planner, motions and driver share."""
 
 ROUNDING = 1e-6
 """By how much a point may exceed a limit that it was planned on [rad], or as a share of a speed."""

@@ -7,7 +7,6 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from door_impact_common.driver.samples import ImuSample
 from door_impact_msgs.msg import DoorPassagePlan, HandCompliance, ImpactPlan, PlanPhase
 from geometry_msgs.msg import Point, PointStamped, Quaternion, WrenchStamped
 from hrp2_description.errors import RobotConfigError
@@ -16,6 +15,7 @@ from humanoid_motion import mirror
 from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.mirror import Mirror
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.samples import ImuSample
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Imu, JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint

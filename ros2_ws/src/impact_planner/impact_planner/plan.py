@@ -98,7 +98,7 @@ def _set_aside(plan: ImpactPlan, experience: Experience, why: str) -> ImpactPlan
     return replace(plan, warnings=(
         f"what {experience.hits} hits on this door have taught (restitution "
         f"{experience.restitution:.3f}, effective mass {experience.mass_factor:.3f} times the "
-        f"model's) was set aside: {why}; /forget_hits discards it", *plan.warnings))
+        f"model's) was set aside: {why}; forget_hits discards it", *plan.warnings))
 
 
 def _planned(

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.driver.samples import ImuSample
 from door_impact_common.errors import SettingError
 from humanoid_motion.kinematics import inverse_pose, planar_pose, yaw_of
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.samples import ImuSample
 from numpy.typing import ArrayLike
 
 from zmp_publisher.soles import OTHER, HeldSole, RobotPose, WeightedSoles

@@ -21,8 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from door_impact_common.driver.samples import ImuSample
 from humanoid_motion.kinematics import inverse_pose, planar_pose, yaw_of
+from humanoid_motion.samples import ImuSample
 
 HEADING_TIME = 0.5  # time constant with which the anchors correct the gyro's heading [s]
 ANCHOR_TIME = 0.02  # time constant with which the anchor of a sole of weight 1/2 follows [s]

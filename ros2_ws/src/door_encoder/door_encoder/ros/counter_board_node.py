@@ -34,7 +34,7 @@ class CounterBoardNode(GuardedNode):
         self._error = ""  # latest error of the board that was not reported yet
         self._reported = 0  # number of missed polls that were reported
         self._counts = self.create_publisher(
-            EncoderSamples, "/door_encoder/counts", QoSProfile(depth=_QUEUE))
+            EncoderSamples, "door_encoder/counts", QoSProfile(depth=_QUEUE))
         self.create_timer(1.0, self._on_timer)
 
     def run(self) -> None:

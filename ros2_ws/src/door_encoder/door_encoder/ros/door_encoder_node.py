@@ -31,7 +31,7 @@ _PARAMETERS = {
     "zero_count": (0, "Counter value at the closed door, used without auto_zero"),
     "zero_samples": (20, "Samples of a door that stands still that give the zero"),
     "max_speed": (20.0, "Greatest plausible speed of the door [rad/s]"),
-    "angle_rate": (100.0, "Rate of /door_angle [Hz]"),
+    "angle_rate": (100.0, "Rate of door_angle [Hz]"),
     "velocity_window": (0.05, "Shortest window of the velocity [s]")}
 
 
@@ -50,10 +50,10 @@ class DoorEncoderNode(GuardedNode):
         self._received_at: Time | None = None
         self._reported: dict[str, int] = {}  # health at the last report
         qos = QoSProfile(depth=_QUEUE)
-        self._samples = self.create_publisher(EncoderSamples, "/door_encoder/samples", qos)
-        self._angle = self.create_publisher(JointState, "/door_angle", 10)
+        self._samples = self.create_publisher(EncoderSamples, "door_encoder/samples", qos)
+        self._angle = self.create_publisher(JointState, "door_angle", 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.create_subscription(EncoderSamples, "/door_encoder/counts", self._on_counts, qos)
+        self.create_subscription(EncoderSamples, "door_encoder/counts", self._on_counts, qos)
         self.create_timer(1.0, self._on_timer)
 
     def _on_counts(self, message: EncoderSamples) -> None:
@@ -79,8 +79,9 @@ class DoorEncoderNode(GuardedNode):
         level, text, values = assess(self._decoder, age, self._reported)
         self._reported = dict(self._decoder.health)
         message = DiagnosticArray(status=[DiagnosticStatus(
-            level=bytes([level]), name="door_encoder: samples", hardware_id=DOOR_JOINT,
-            message=text, values=[KeyValue(key=key, value=value) for key, value in values.items()],
+            level=bytes([level]), name=f"{self.get_fully_qualified_name()[1:]}: samples",
+            hardware_id=DOOR_JOINT, message=text,
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
         )])
         message.header.stamp = now.to_msg()
         self._diagnostics.publish(message)

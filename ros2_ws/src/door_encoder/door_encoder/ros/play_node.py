@@ -1,4 +1,4 @@
-"""Command `ros2 run door_encoder play`: publishes a recording on /door_encoder/counts."""
+"""Command `ros2 run door_encoder play`: publishes a recording on door_encoder/counts."""
 
 import argparse
 import sys
@@ -28,7 +28,7 @@ _QUEUE = 1000  # 20 s: number of batches that the publisher keeps
 _PATIENCE = 5.0  # longest wait for a subscriber, and for it to receive the last batch [s]
 
 _DESCRIPTION = """\
-Publish a recording of the door on /door_encoder/counts in batches, as a counter board would, so
+Publish a recording of the door on door_encoder/counts in batches, as a counter board would, so
 that door_encoder and the nodes after it run on recorded data. The stamps are those of the
 recording, shifted so that they begin now."""
 
@@ -75,14 +75,16 @@ class PlayNode(Node):
     def __init__(self, played: Sequence[SampleBatch], rate: float) -> None:
         super().__init__("door_encoder_player")
         self._played, self._rate = played, rate
-        self._counts = self.create_publisher(EncoderSamples, COUNTS, QoSProfile(depth=_QUEUE))
+        self._counts = self.create_publisher(
+            EncoderSamples, "door_encoder/counts", QoSProfile(depth=_QUEUE))
 
     def run(self) -> None:
         """Publish all batches, each at the time at which its last sample was measured."""
         self._callbacks = executor_of(self)
         self._spin_until(time.monotonic() + _PATIENCE, subscribed=True)
         if not self._counts.get_subscription_count():
-            self.get_logger().warning(f"no node subscribes to {COUNTS}: playing anyway")
+            self.get_logger().warning(
+                f"no node subscribes to {self._counts.topic_name}: playing anyway")
         origin_ns = self._played[0].stamp_ns
         shift_ns = self.get_clock().now().nanoseconds - origin_ns
         begin = time.monotonic()

@@ -14,7 +14,7 @@ PERIOD = 1e-3
 WINDOW = 50
 SHORTEST_DELAY = 0.5 * (WINDOW - 1) * PERIOD
 FAST = 7.5 / (WINDOW * PERIOD) * COUNT  # no slope of a longer window is above this
-EXECUTOR_CONTACT = 0.15  # [rad/s] on /door_angle that tells impact_executor of the hit
+EXECUTOR_CONTACT = 0.15  # [rad/s] on /door_angle that tells motion_server of the hit
 
 
 def batch(first: int, counts: np.ndarray, gap: bool = False) -> SampleBatch:

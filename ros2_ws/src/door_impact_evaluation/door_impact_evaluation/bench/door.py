@@ -1,7 +1,7 @@
 """Measure how fast doors are identified and simulated; the peer is scipy, one door at a time.
 
-Each benchmark returns its processor time and its peer's [ms], and raises `BenchError` if the two
-find different results.
+Each benchmark takes the number of its runs, of which the fastest counts, and returns its processor
+time and its peer's [ms]. It raises `BenchError` if the two find different results.
 """
 
 from collections.abc import Callable
@@ -29,11 +29,10 @@ _DOORS = 1000     # doors that are simulated together
 _PEERS = 50       # doors that the peer simulates; its time for all doors is scaled from these
 _TOLERANCES = {"rtol": 1e-8, "atol": 1e-8}  # of the peer's integrator
 _SAME = 1e-3      # largest relative difference between the two results
-_REPEATS = 5      # runs, of which the fastest counts
 _GUESS_OFF = 1.2  # ratio of the peer's first guess to the true values; our fit finds its own guess
 
 
-def identify_five_swings() -> tuple[float, float]:
+def identify_five_swings(repeats: int) -> tuple[float, float]:
     """Measure the fit by eq. (6) of five swings, beside `least_squares` around `solve_ivp`."""
     config = load_door("paper")
     closer, link, door = config.linkage, config.linkage.numbers(), config.door()
@@ -58,12 +57,12 @@ def identify_five_swings() -> tuple[float, float]:
     lower = np.concatenate([np.zeros(4), np.full(1 + len(starts), -np.inf)])
     theirs, peer = timed(
         lambda: least_squares(residuals, guess, bounds=(lower, np.inf), x_scale="jac").x[:4])
-    ours = min(timed(lambda: fit_ratios(closer, swings))[0] for _ in range(_REPEATS))
+    ours = min(timed(lambda: fit_ratios(closer, swings))[0] for _ in range(repeats))
     _require_same("a fitted ratio", fit_ratios(closer, swings).values[:4], peer)
     return 1e3 * ours, 1e3 * theirs
 
 
-def simulate_1000_doors() -> tuple[float, float]:
+def simulate_1000_doors(repeats: int) -> tuple[float, float]:
     """Measure 1,000 free doors from the hit to their peaks, beside one `solve_ivp` for each."""
     link = load_door("paper").linkage.numbers()
     random = np.random.default_rng(0)
@@ -85,7 +84,7 @@ def simulate_1000_doors() -> tuple[float, float]:
             solve_ivp(_law(link, table[:, k]), (0.0, 60.0), (0.0, speeds[k]), events=top,
                       **_TOLERANCES).y[0, -1] for k in range(_PEERS)])
 
-    ours = min(timed(together)[0] for _ in range(_REPEATS))
+    ours = min(timed(together)[0] for _ in range(repeats))
     theirs, peaks = timed(one_by_one)
     _require_same("a door's peak", together(), peaks)
     return 1e3 * ours, 1e3 * theirs * _DOORS / _PEERS

@@ -4,8 +4,9 @@ The peer of a planner is the loop that one would write first: at each sample of 
 inverse kinematics by iteration, then finite differences and the Newton-Euler algorithm. It makes
 postures and ZMP alone, without search and checks.
 
-Each benchmark returns its figure and that of its peer; times of plans are processor times. It
-raises `BenchError` if the two find different ZMPs, or if a demonstration fails.
+Each benchmark takes the number of its runs, whose median counts, and returns its figure and that of
+its peer; times of plans are processor times. It raises `BenchError` if the two find different ZMPs,
+or if a demonstration fails.
 """
 
 import itertools
@@ -16,6 +17,7 @@ import subprocess
 import sys
 from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 
 import numpy as np
@@ -24,21 +26,18 @@ from builtin_interfaces.msg import Time
 from door_impact_common.arrays import Array
 from door_model.door.config import load_door
 from hrp2_description.robot import SIDES, load_robot_config
-from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.settings import TICK
 from hrp2_sim_bridge.world import World
 from humanoid_motion.knots import Knots
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.hit.stance import stance_for_step
-from impact_planner.motion.posture_table import PostureTable
 from impact_planner.motion.run_up import time_run_up
 from impact_planner.plan import plan_impact
 from impact_planner.ros.messages import plan_message
 from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.request import PlanRequest, Task, resolve
-from impact_planner.task.settings import PlannerSettings
+from impact_planner.task.request import PlanRequest, Task
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
+from walking.passing.approach import AS_SURVEYED
 from walking.passing.passage import plan_passage as plan_whole_passage
 from walking.pattern.plan import plan_walk as plan_whole_walk
 from walking.pattern.state import standing
@@ -46,36 +45,36 @@ from walking.pattern.walk_plan import WalkPlan
 
 from door_impact_evaluation.bench.door import timed
 from door_impact_evaluation.errors import BenchError
-from door_impact_evaluation.run.pass_run import hold_of
-from door_impact_evaluation.run.rehearsal import planned, rehearse
+from door_impact_evaluation.run.driver_link import hit_plan_of
+from door_impact_evaluation.run.rehearsal import planned
 
 _ANGLES_DEG = (12.0, 30.0)  # range of the requested opening angles [deg]
 _TARGET_DEG = 25.0  # of the plan that the peer computes, too, and of the simulated hit [deg]
 _TARGET = PlanRequest(math.radians(_TARGET_DEG))
-_REQUESTS, _RETIMED, _WALKS, _PASSAGES = 40, 20, 15, 5  # plans; the median counts
-_RETIME_SPEEDS = (0.3, 0.5)  # range of the speeds of B in the run-ups that are timed [m/s]
+# Range of the speeds of B in the run-ups that are timed, as shares of the plan's: along the same
+# postures a slower run-up needs less acceleration, so that each can be planned.
+_RETIME_SHARES = (0.6, 1.0)
 _GOAL = Pose(1.8, 0.0, math.radians(70.0))  # goal of the walk, some 15 s away
 _SOLES = 0.19  # distance of the soles at the start of the walk [m]
 _PERIOD = 0.005  # HRP-2's control period, by which the walk is sampled [s]
 _SAME_ZMP = 1.5e-3  # largest rms difference between the plan's ZMP and the peer's [m]
 _IK_TOLERANCE, _IK_PASSES = 1e-8, 20  # error [m, rad] and number of passes at which it ends
 _FAR = 0.9  # distance of a door that the standing robot is not near to [m]
-_STANDING = 400  # ticks of the standing robot that are measured
 
 
-def plan_service() -> tuple[float, float]:
+def plan_service(repeats: int) -> tuple[float, float]:
     """Measure a request: plan, response and the topic's message, nothing cached [ms]."""
     robot, known = RobotModel(load_robot_config()), KnownDoor.configured(load_door("paper"))
     plan = plan_impact(_TARGET, known, robot)  # the first one also loads files
 
-    angles = np.radians(np.random.default_rng(0).uniform(*_ANGLES_DEG, _REQUESTS)).tolist()
+    angles = np.radians(np.random.default_rng(0).uniform(*_ANGLES_DEG, repeats)).tolist()
 
     def request() -> None:
         answer = plan_impact(PlanRequest(angles.pop()), known, robot)
         for trajectories in (False, True):
             plan_message(answer, robot.joint_names, Time(), trajectories=trajectories)
 
-    ours = median(timed(request)[0] for _ in range(_REQUESTS))
+    ours = median(timed(request)[0] for _ in range(repeats))
     theirs = 0.0
     for phase in plan.phases[:-1]:  # the last one holds the door
         # After the planned contact the samples of the run-up are an emergency stop.
@@ -88,21 +87,21 @@ def plan_service() -> tuple[float, float]:
     return 1e3 * ours, 1e3 * theirs
 
 
-def plan_retime() -> tuple[float, float]:
+def plan_retime(repeats: int) -> tuple[float, float]:
     """Measure timing a run-up anew for another v_rB, beside the whole plan anew [ms]."""
     robot, known = RobotModel(load_robot_config()), KnownDoor.configured(load_door("paper"))
-    plan, settings = plan_impact(_TARGET, known, robot), PlannerSettings()
-    task = Task(robot, known, resolve(_TARGET, settings, known), settings)
-    stance = stance_for_step(robot, plan.hit.stance.step, settings.com_inside_edge)
-    table = PostureTable(robot, stance, 0.1)
-    speeds = np.random.default_rng(0).uniform(*_RETIME_SPEEDS, _RETIMED).tolist()
+    plan = plan_impact(_TARGET, known, robot)
+    task = Task(robot, known, plan.request, plan.settings)
+    stance, table = plan.hit.stance, plan.hit.run_up.table
+    shares = np.random.default_rng(0).uniform(*_RETIME_SHARES, repeats)
+    speeds = (plan.hit.v_run_up * shares).tolist()
     ours = median(timed(lambda: time_run_up(task, stance, table, speeds.pop()))[0]
-                  for _ in range(_RETIMED))
-    whole = median(timed(lambda: plan_impact(_TARGET, known, robot))[0] for _ in range(_RETIMED))
+                  for _ in range(repeats))
+    whole = median(timed(lambda: plan_impact(_TARGET, known, robot))[0] for _ in range(repeats))
     return 1e3 * ours, 1e3 * whole
 
 
-def plan_walk() -> tuple[float, float]:
+def plan_walk(repeats: int) -> tuple[float, float]:
     """Measure the plan of a walk of some 15 s, footsteps included [ms]."""
     robot, stance = RobotModel(load_robot_config()), Stance.around(Pose(0.0, 0.0, 0.0), _SOLES)
 
@@ -111,16 +110,17 @@ def plan_walk() -> tuple[float, float]:
         return plan_whole_walk(robot, standing(robot, stance), footsteps)
 
     plan = walk()  # also loads files
-    ours = median(timed(walk)[0] for _ in range(_WALKS))
+    ours = median(timed(walk)[0] for _ in range(repeats))
     return 1e3 * ours, 1e3 * _peer_of_walk(robot, plan)
 
 
-def plan_passage() -> tuple[float, float]:
+def plan_passage(repeats: int) -> tuple[float, float]:
     """Measure the plan of a passage from the planned end of the paper door's hit [ms]."""
     robot, known = RobotModel(load_robot_config()), KnownDoor.configured(load_door("paper"))
-    task = hold_of(planned(robot, known, _TARGET_DEG, "mcv50", "pass"), known).task()
+    hit = hit_plan_of(planned(robot, known, _TARGET_DEG, "mcv50", "pass"))
+    task = hit.hold(known, AS_SURVEYED).task()
     plan = plan_whole_passage(robot, task)  # also loads files
-    ours = median(timed(lambda: plan_whole_passage(robot, task))[0] for _ in range(_PASSAGES))
+    ours = median(timed(lambda: plan_whole_passage(robot, task))[0] for _ in range(repeats))
     return 1e3 * ours, 1e3 * _peer_of_walk(robot, plan.walk, plan.hand_force)
 
 
@@ -209,63 +209,73 @@ def _peer(
     return taken
 
 
-def engine_step() -> tuple[float, float]:
-    """Measure a step of the standing robot, without the bridge, in MuJoCo and in PyBullet [us]."""
+def engine_step(repeats: int) -> tuple[float, float]:
+    """Measure a step of the standing robot, without the bridge, in MuJoCo and in PyBullet [us].
+
+    Args:
+        repeats: Number of control ticks, whose median counts.
+    """
     def step(engine: str) -> float:
-        world = World(load_robot_config(), load_door("paper"), _FAR, 0.0, engine=engine, log=False)
-        times = [0.0]
-        try:
-            for _ in range(_STANDING):
-                world.step()
-                times.append(world.engine.stepping_time)
-            return 1e6 * median(np.diff(times).tolist()) * world.time_step / TICK
-        finally:
-            world.close()
+        times, steps = _standing(engine, repeats)
+        return 1e6 * float(np.median(np.diff(times[:, 1]))) / steps
 
     return step("mujoco"), step("pybullet")
 
 
-def bridge_overhead(out: Path) -> tuple[float, float]:
-    """Measure the bridge over a whole hit, beside PyBullet's steps alone [s per simulated second].
+def bridge_overhead(repeats: int) -> tuple[float, float]:
+    """Measure the bridge, beside PyBullet's steps alone [s per simulated second].
 
     Args:
-        out: Folder for the simulation's log.
+        repeats: Number of control ticks of the standing robot.
     """
+    times, _ = _standing("pybullet", repeats)
+    bridge, engine, processor, wall = times[-1] - times[0]
     # On a machine that has other work to do, wall times are longer than on an idle one. They are
     # multiplied by the share of a core that this process got meanwhile. Its processor time is read
     # once a tick: reading it around each physics step would take longer than the step.
-    times: list[tuple[float, ...]] = []
-
-    def watch(world: World, sample: TickSample) -> None:
-        times.append((world.wall_time, world.engine.stepping_time, process_time(), perf_counter()))
-
-    rehearse(_TARGET_DEG, out / "bridge.npz", watch=watch, engine="pybullet")
-    bridge, engine, processor, wall = np.subtract(times[-1], times[0])
-    share = processor / wall / ((len(times) - 1) * TICK)
+    share = processor / wall / (repeats * TICK)
     return float(share * bridge), float(share * engine)
 
 
-def real_time_factor(out: Path) -> tuple[float, float]:
-    """Measure simulated over wall time of a demonstration, in PyBullet and in MuJoCo.
+def _standing(engine: str, ticks: int) -> tuple[Array, float]:
+    """Simulate the standing robot, far from the door.
 
-    Args:
-        out: Folder of the demonstrations' results.
+    Returns:
+        Times before the first and after each tick, (ticks + 1, 4): wall time of the world and of
+        its engine, processor time and wall time of this process [s]; and the steps of a tick.
     """
+    world = World(load_robot_config(), load_door("paper"), _FAR, 0.0, engine=engine)
+    times = []
+    try:
+        for tick in range(ticks + 1):
+            if tick:
+                world.step()
+            times.append(
+                (world.wall_time, world.engine.stepping_time, process_time(), perf_counter()))
+        return np.array(times), TICK / world.time_step
+    finally:
+        world.close()
+
+
+def real_time_factor(repeats: int) -> tuple[float, float]:
+    """Measure simulated over wall time of a demonstration, in PyBullet and in MuJoCo."""
     def demonstrate(engine: str) -> float:
-        folder = out / f"demo_{engine}"
-        command = [sys.executable, "-m", "door_impact_evaluation.demo.demo", "--engine", engine,
-                   "--out", str(folder)]
-        with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-                              text=True) as demo:
-            try:
-                _, complaint = demo.communicate()
-            except KeyboardInterrupt:
-                demo.send_signal(signal.SIGINT)  # it must stop its nodes
-                demo.wait()
-                raise
-        if demo.returncode:
-            raise BenchError(f"the demonstration ended with {demo.returncode}: {complaint}")
-        summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        with TemporaryDirectory() as folder:
+            command = [sys.executable, "-m", "door_impact_evaluation.demo.demo", "--engine", engine,
+                       "--out", folder]
+            with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                  text=True) as demo:
+                try:
+                    _, complaint = demo.communicate()
+                except KeyboardInterrupt:
+                    demo.send_signal(signal.SIGINT)  # it must stop its nodes
+                    demo.wait()
+                    raise
+            if demo.returncode:
+                raise BenchError(f"the demonstration ended with {demo.returncode}: {complaint}")
+            summary = json.loads(Path(folder, "summary.json").read_text(encoding="utf-8"))
         return float(summary["run"]["real_time_factor"])
 
-    return demonstrate("pybullet"), demonstrate("mujoco")
+    pybullet, mujoco = (median(demonstrate(engine) for _ in range(repeats))
+                        for engine in ("pybullet", "mujoco"))
+    return pybullet, mujoco

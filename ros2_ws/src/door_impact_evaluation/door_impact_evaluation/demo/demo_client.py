@@ -6,7 +6,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from door_impact_common.driver.intake import present
 from door_impact_common.node import executor_of
 from door_impact_common.stamps import seconds
 from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
@@ -17,6 +16,7 @@ from rclpy.action import ActionClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from robot_driver.intake import present
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
@@ -57,18 +57,18 @@ class DemoClient(Node):
         super().__init__("demo_runner", parameter_overrides=[Parameter("use_sim_time", value=True)])
         self._nodes_alive = nodes_alive
         self._callbacks = executor_of(self)
-        self._push = self.create_client(PushDoor, "/sim/push_door")
-        self._identify = self.create_client(IdentifyCloser, "/identify_closer")
-        self._plan = self.create_client(PlanDoorImpact, "/plan_door_impact")
-        self._reset = self.create_client(Trigger, "/sim/reset")
-        self._save_log = self.create_client(Trigger, "/hrp2_sim_bridge/save_log")
-        self._execute = ActionClient(self, ExecuteDoorImpact, "/execute_door_impact")
-        self._through = ActionClient(self, WalkThroughDoor, "/walk_through_door")
+        self._push = self.create_client(PushDoor, "sim/push_door")
+        self._identify = self.create_client(IdentifyCloser, "identify_closer")
+        self._plan = self.create_client(PlanDoorImpact, "plan_door_impact")
+        self._reset = self.create_client(Trigger, "sim/reset")
+        self._save_log = self.create_client(Trigger, "hrp2_sim_bridge/save_log")
+        self._execute = ActionClient(self, ExecuteDoorImpact, "execute_door_impact")
+        self._through = ActionClient(self, WalkThroughDoor, "walk_through_door")
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.create_subscription(ImpactPlan, "/door_impact_plan", self._on_plan, latched)
-        self.create_subscription(JointState, "/door_angle", self._on_door, 100)
-        self.create_subscription(PointStamped, "/zmp", self._on_zmp, 200)
-        self.create_subscription(EncoderSamples, "/door_encoder/samples", self._on_samples, 200)
+        self.create_subscription(ImpactPlan, "door_impact_plan", self._on_plan, latched)
+        self.create_subscription(JointState, "door_angle", self._on_door, 100)
+        self.create_subscription(PointStamped, "zmp", self._on_zmp, 200)
+        self.create_subscription(EncoderSamples, "door_encoder/samples", self._on_samples, 200)
         self.plan: ImpactPlan | None = None
         self.door: list[tuple[float, float]] = []
         self.zmp: list[tuple[float, float, float]] = []
@@ -132,9 +132,9 @@ class DemoClient(Node):
         Raises:
             DemoError: The service is not there, does not respond in time, or refuses.
         """
-        self.until(client.service_is_ready, f"the service {client.srv_name}", 30.0)
+        self.until(client.service_is_ready, f"the service {client.service_name}", 30.0)
         future = client.call_async(request)
-        self.until(future.done, f"the response of {client.srv_name}", timeout)
+        self.until(future.done, f"the response of {client.service_name}", timeout)
         response = future.result()
         if not response.success:
             raise DemoError(f"{failure}: {response.message}")
@@ -146,8 +146,8 @@ class DemoClient(Node):
         Raises:
             DemoError: One of them does not appear in time.
         """
-        self.until(lambda: bool(self.door) and bool(self.zmp), "/door_angle and /zmp", 60.0)
-        self.until(self._execute.server_is_ready, "the action /execute_door_impact", 30.0)
+        self.until(lambda: bool(self.door) and bool(self.zmp), "door_angle and zmp", 60.0)
+        self.until(self._execute.server_is_ready, "the action execute_door_impact", 30.0)
         start = self.now()
         self.until(partial(self._is_past, start + 0.5), "half a second of simulated time", 30.0)
 
@@ -211,7 +211,7 @@ class DemoClient(Node):
         response = self._demand(self._plan, request, "no plan")
         elapsed = 1e3 * (time.perf_counter() - started)
         self.until(lambda: self.plan is not None and self.plan.plan_id == response.plan.plan_id,
-                   "the plan on /door_impact_plan", 30.0)
+                   "the plan on door_impact_plan", 30.0)
         assert self.plan is not None
         return self.plan, elapsed
 

@@ -24,7 +24,7 @@ from door_impact_evaluation.demo.settings import PASS, STANDS, DemoSettings
 from door_impact_evaluation.errors import DemoError
 
 NODES = ("hrp2_sim_bridge", "zmp_publisher", "door_encoder", "closer_identifier", "impact_planner",
-         "impact_executor", "door_passer", "scene_publisher", "recorder")
+         "motion_server", "scene_publisher", "recorder")
 """Nodes that a demonstration starts; none of them may run before."""
 
 PARAMETERS = {

@@ -1,27 +1,18 @@
-"""Run a whole motion in the simulation without nodes: planner, execution, driver, physics."""
+"""Run a whole hit in the simulation without nodes: planner, mission, driver, physics."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_encoder.decoding.angle import AnglePoint, AngleSampler
-from door_encoder.decoding.decoder import EncoderDecoder
-from door_encoder.decoding.settings import Settings
-from door_impact_common.arrays import Array
 from door_model.door.config import DoorConfig, load_door
 from door_model.errors import DoorModelError
-from door_model.recording.batch import SampleBatcher
 from hrp2_description.robot import load_robot_config
-from hrp2_sim_bridge.control.trajectory import TrajectoryArrays
-from hrp2_sim_bridge.sensors.sensors import COUNTS_PER_TURN, TickSample
-from hrp2_sim_bridge.settings import SAMPLE
+from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.errors import ImplausibleHit
-from impact_planner.execution.execution import Command, ExecutablePlan, Execution, Outcome
-from impact_planner.execution.point_b import PointB
 from impact_planner.hit.learning import learn
 from impact_planner.impact_plan import ImpactPlan, observed_hit
 from impact_planner.plan import plan_impact
@@ -29,16 +20,18 @@ from impact_planner.task.experience import Experience
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
 from impact_planner.task.settings import configured_placement, make_settings
+from motion_execution.hit.execution import Execution
+from motion_execution.mission.mission import HIT
+from motion_execution.mission.order import Order
 
 from door_impact_evaluation.run import evaluation, simulation_log
+from door_impact_evaluation.run.driver_link import DriverLink, hit_plan_of
 from door_impact_evaluation.run.mirrored_world import MirroredWorld
 
 Watch = Callable[[World, TickSample], None]
 """Function that is called after each tick with the world and the sample of its sensors."""
 
-BATCH = 20  # samples of the door's encoder
 LONGEST = 40.0  # simulated time after which a run ends [s]
-AFTERWARDS = 2.0  # simulated time after the end of the execution, in which a fall would show [s]
 
 
 @dataclass(frozen=True)
@@ -113,11 +106,9 @@ def rehearse(
     config = load_door(door) if isinstance(door, str) else door
     robot, known = RobotModel(load_robot_config()), known or KnownDoor.configured(config)
     plan = planned(robot, known, target_deg, run_up, ending)
-    world = world_of(robot, config, plan.hit.placement.hinge, door_offset, **settings)
-    probes = probe == "on" or (probe == "auto" and not plan.stands_if_missed)
+    world = world_of(robot, config, door_offset, **settings)
     try:
-        execution = execute(
-            world, plan, PointB(robot), watch or (lambda *_: None), stop_before, probe=probes)
+        execution = execute(world, robot, plan, watch, stop_before, probe=probe)
         log = simulation_log.load(world.save_log(path), 0.0)
     finally:
         world.close()
@@ -126,26 +117,51 @@ def rehearse(
 
 def planned(
     robot: RobotModel, known: KnownDoor, target_deg: float, run_up: str, ending: str,
-    **place: float,
 ) -> ImpactPlan:
-    """Plan a hit; `place` may have door_distance and l_b of `PlanRequest`, otherwise as surveyed.
+    """Plan a hit; arguments and errors are those of `rehearse`."""
+    return plan_impact(PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known,
+                       robot, make_settings(configured_placement()))
 
-    Further arguments and errors are those of `rehearse`.
+
+def world_of(robot: RobotModel, door: DoorConfig, door_offset: float, **settings: Any) -> World:
+    """Make a world with a door; arguments and errors are as of `rehearse`."""
+    kind, place = MirroredWorld if door.hinge == "left" else World, configured_placement()
+    return kind(robot.config, door, door_offset + place["door_distance"], place["hinge_x"],
+                **settings)
+
+
+def execute(
+    world: World, robot: RobotModel, plan: ImpactPlan, watch: Watch | None = None,
+    stop_before: float | None = None, *, probe: str = "off",
+) -> Execution:
+    """Execute a plan in a world whose robot stands in half-sitting, until it ends or falls.
+
+    Args:
+        world: The world.
+        robot: The robot.
+        plan: The plan.
+        watch: As of `rehearse`, as are `stop_before` and `probe`.
+
+    Raises:
+        GoalRefused: It cannot be executed.
+        NotReady: The world's sensors contradict each other.
     """
-    return plan_impact(
-        PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending, **place), known, robot,
-        make_settings(configured_placement()))
+    link, stops = DriverLink(world, robot, encoder_bits=world.settings.encoder_bits), [stop_before]
+    mission = link.mission
 
+    def after(sample: TickSample) -> None:
+        if watch is not None:
+            watch(world, sample)
+        hit = mission.body.motion
+        if stops[0] is not None and isinstance(hit, Execution) and (
+                sample.time > hit.planned_contact - stops[0]):
+            mission.stop()
+            stops[0] = None
 
-def world_of(
-    robot: RobotModel, door: DoorConfig, hinge: Array, door_offset: float, **settings: Any
-) -> World:
-    """Make a world with a door whose hinge is surveyed at x, y of odom, (2,) [m].
-
-    The other arguments and errors are as of `rehearse`.
-    """
-    kind = MirroredWorld if door.hinge == "left" else World
-    return kind(robot.config, door, door_offset - float(hinge[1]), float(hinge[0]), **settings)
+    link.watches.append(after)
+    execution: Execution = link.run(
+        mission.hit(hit_plan_of(plan), Order(HIT), probe=probe), LONGEST)
+    return execution
 
 
 def impact_of(
@@ -155,84 +171,3 @@ def impact_of(
     begin = execution.starts.get("cam", np.inf)
     touched = log.motion.contact_force[log.motion.t >= begin] > evaluation.CONTACT_FORCE
     return evaluation.impact(log.motion, plan.l_b, begin) if touched.any() else None
-
-
-def arrays_of(command: Command, names: Sequence[str]) -> TrajectoryArrays:
-    """Return the trajectory of a command as the driver receives it.
-
-    Args:
-        command: The command.
-        names: Joint names in the order of the knots' columns.
-    """
-    knots = command.knots
-    if knots is None:
-        return TrajectoryArrays((), (), ())
-    return TrajectoryArrays(
-        names, knots.time.tolist(), knots.position.tolist(), knots.velocity.tolist(),
-        knots.acceleration.tolist())
-
-
-def execute(
-    world: World, plan: ImpactPlan, point_b: PointB, watch: Watch, stop_before: float | None,
-    *, probe: bool = False, encoder: "DoorEncoder | None" = None, afterwards: float = AFTERWARDS,
-) -> Execution:
-    """Execute a plan in a world whose robot stands in half-sitting, until it ends or falls.
-
-    Args:
-        world: The world.
-        plan: The plan.
-        point_b: Speed of point B, and the door's direction for the IMU.
-        watch: Function that is called after each tick.
-        stop_before: Time before the planned contact at which a stop is requested [s]; None means
-            no stop.
-        probe: Whether the leaf is touched slowly first.
-        encoder: Encoder of the door, closed at its first sample; None means a new one.
-        afterwards: Simulated time after the end of the execution [s].
-    """
-    def send(command: Command) -> None:
-        world.follow(arrays_of(command, world.robot_config.joint_names), command.stamp)
-
-    execution = Execution(
-        ExecutablePlan.of(plan, {phase.name: phase.knots for phase in plan.all_phases}),
-        point_b, probe=probe)
-    send(execution.start(world.step().time))
-    end = world.time + LONGEST
-    encoder = encoder or DoorEncoder(world.settings.encoder_bits)
-    while not world.fell and world.time < end:
-        sample = world.step()
-        watch(world, sample)
-        points = encoder.take(sample)
-        if execution.outcome is not Outcome.RUNNING:
-            end = min(end, world.time + afterwards)
-            continue
-        if stop_before is not None and sample.time > execution.planned_contact - stop_before:
-            execution.stop()
-            stop_before = None
-        for command in (
-                *execution.on_imu(sample.time, 0.0, sample.imu),
-                *execution.on_joints(sample.time, sample.position, sample.velocity),
-                *execution.on_wrenches(sample.time, sample.left_wrench, sample.right_wrench)):
-            send(command)
-        for point in points:
-            for command in execution.on_door(1e-9 * point.stamp_ns, point.theta, point.omega):
-                send(command)
-    return execution
-
-
-class DoorEncoder:
-    """The door's encoder and its decoder, as in the node door_encoder, in batches of 20 ms."""
-
-    def __init__(self, bits: int) -> None:
-        settings = Settings(counts_per_turn=COUNTS_PER_TURN, modulus=1 << bits)
-        self._decoder = EncoderDecoder(settings)
-        self._sampler = AngleSampler(radians_per_count=settings.radians_per_count)
-        self._batcher = SampleBatcher(
-            period_ns=round(1e9 * SAMPLE), size=BATCH, counts_per_turn=COUNTS_PER_TURN)
-
-    def take(self, sample: TickSample) -> list[AnglePoint]:
-        """Return the angles that a tick completes."""
-        batch = self._batcher.add(sample.counts, round(1e9 * sample.time))
-        if batch is None:
-            return []
-        return [point for decoded in self._decoder.decode(batch)
-                for point in self._sampler.take(decoded)]

@@ -2,38 +2,31 @@
 
 import math
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from door_impact_common.driver.inputs import Motion
-from door_impact_common.driver.samples import Measured
 from door_model.door.config import load_door
 from hrp2_description.robot import needed
 from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.world import World
-from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
-from walking.execution.guard import Guard
-from walking.execution.start import Standing, start_state
-from walking.execution.walk import Outcome, Walk
+from motion_execution.mission.mission import WALK
+from motion_execution.mission.order import Order
+from motion_execution.walk.goal import WalkGoal
+from motion_execution.walk.walk import Walk
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
 from walking.pattern.plan import plan_walk
-from walking.pattern.settings import WalkSettings
-from walking.pattern.state import WalkState, standing
+from walking.pattern.state import standing
 from walking.pattern.walk_plan import WalkPlan
 
 from door_impact_evaluation.run import evaluation, simulation_log
+from door_impact_evaluation.run.driver_link import DriverLink
 from door_impact_evaluation.run.record import Support
-from door_impact_evaluation.run.rehearsal import arrays_of
 
-Events = Callable[[TickSample], Sequence[Command]]
-"""Function that tells a motion of a sample, and returns its commands."""
-
-AFTERWARDS = 2.0  # simulated time for which the robot stands after the end of a walk [s]
 PUSH_DURATION = 0.1  # duration of a push [s]
 STANDING = 1.5  # simulated time in which the robot stands before `push_standing` pushes it [s]
 _STEPS = 5.0  # simulated time after this push [s]
@@ -61,7 +54,7 @@ class Walked:
     """A walk and what was measured of it.
 
     Attributes:
-        plan: Plan that was executed.
+        plan: Plan whose footsteps were made.
         begin: Time of the log at which the plan begins [s].
         execution: Execution of the plan, after its end.
         log: The simulation's log.
@@ -148,12 +141,12 @@ def walk(
 
 def execute(
     world: World, robot: RobotModel, plan: WalkPlan, pushes: Sequence[Push] = (), *,
-    step_change: bool = True, execution: Walk | None = None, events: Events | None = None,
-    afterwards: float = AFTERWARDS,
+    step_change: bool = True,
 ) -> tuple[Walk, float]:
-    """Let a world's robot walk and then stand, or until it falls.
+    """Let a world's robot walk to where a walk ends and then stand, or until it falls.
 
-    The execution gets the sensor data that a robot would send.
+    The footsteps are planned anew from where it stands by its odometry; it keeps its heading along
+    the way.
 
     Args:
         world: A world in which the robot stands where the walk begins.
@@ -161,33 +154,26 @@ def execute(
         plan: The walk.
         pushes: Pushes on the robot.
         step_change: Whether a push may change the steps; after such a change the robot stands.
-        execution: Execution of the walk that has not begun; None means that of a plain walk.
-        events: Function that tells this execution further of a sample, such as of the door.
-        afterwards: Simulated time after the end of the walk, in which a fall would show [s].
 
     Returns:
         The execution after its end, and the time at which the plan began [s].
-    """
-    def send(command: Command) -> None:
-        world.follow(arrays_of(command, robot.joint_names), command.stamp)
 
-    execution = execution or Walk(robot, plan)
-    first = execution.start(world.time)
-    send(first)
-    begin = first.stamp
-    end = begin + plan.duration + _LONGEST
+    Raises:
+        DoorImpactError: The walk cannot begin.
+    """
+    goal = WalkGoal(plan.stance.middle, keep_heading=True, whole_turns=True)
+    link = DriverLink(world, robot, start=plan.schedule.phases[0].stance.middle,
+                      wrenches=step_change)
     waiting = sorted(pushes, key=lambda push: push.at_s)
-    while world.time < end and not world.fell:
-        while waiting and world.time >= begin + waiting[0].at_s:
+
+    def push(sample: TickSample) -> None:
+        while waiting and sample.time >= link.began + waiting[0].at_s:
             world.push_robot(np.array(waiting.pop(0).impulse), PUSH_DURATION)
-        sample = world.step()
-        if execution.outcome is not Outcome.RUNNING:
-            end = min(end, world.time + afterwards)
-            continue
-        for command in (*_events(execution, sample, complete=step_change),
-                        *(events(sample) if events else ())):
-            send(command)
-    return execution, begin
+
+    link.watches.append(push)
+    execution: Walk = link.run(
+        link.mission.walk(goal, Order(WALK)), plan.duration + _LONGEST)
+    return execution, link.began
 
 
 def push_standing(
@@ -204,42 +190,11 @@ def push_standing(
     Returns:
         Whether the robot has stepped.
     """
-    def state() -> WalkState:
-        return start_state(robot, Standing(
-            base_of(world), _tilt(sample), sample.position, sample.velocity), WalkSettings())
-
-    guard, stepped, begin, waits = Guard(robot, lambda: step_change, state), False, world.time, True
-    while world.time < begin + STANDING + _STEPS and not world.fell:
-        if waits and world.time >= begin + STANDING:
-            world.push_robot(np.array(impulse), PUSH_DURATION)
-            waits = False
-        sample = world.step()
-        for command in _events(guard, sample):
-            world.follow(arrays_of(command, robot.joint_names), command.stamp)
-            stepped = True
-    return stepped
-
-
-def base_of(world: World) -> Pose:
-    """Return the pose of base_link from above, by the simulation's truth."""
-    log = world.log()
-    x, y = log["base_position"][-1, :2].tolist()
-    return Pose(x, y, float(evaluation.heading(log["base_quaternion"][-1:])[0]))
-
-
-def _events(motion: Motion, sample: TickSample, *, complete: bool = True) -> list[Command]:
-    """Tell a motion what a robot would send at one time; `complete` also as a whole."""
-    commands = [*motion.on_joints(sample.time, sample.position, sample.velocity),
-                *motion.on_imu(sample.time, _tilt(sample), sample.imu)]
-    if complete:
-        commands += motion.on_measured(sample.time, Measured(
-            sample.position, sample.velocity, sample.imu, sample.left_wrench,
-            sample.right_wrench))
-    return commands
-
-
-def _tilt(sample: TickSample) -> float:
-    return float(evaluation.tilt(np.asarray(sample.imu.orientation)[None])[0])
+    link = DriverLink(world, robot, recover=step_change)
+    link.rest(STANDING)
+    world.push_robot(np.array(impulse), PUSH_DURATION)
+    link.rest(_STEPS)
+    return not math.isnan(link.began)
 
 
 def _judged(

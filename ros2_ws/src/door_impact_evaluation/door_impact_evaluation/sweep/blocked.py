@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config, needed
-from impact_planner.execution.execution import Outcome
+from robot_driver.motion import Outcome
 
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse

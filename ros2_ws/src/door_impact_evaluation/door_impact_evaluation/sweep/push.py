@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from door_model.door.config import load_door
 from hrp2_sim_bridge.world import World
-from impact_planner.execution.point_b import PointB
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
@@ -109,7 +108,7 @@ def _stands(case: Row) -> Row:
     size, angle = case["impulse"], case["direction"]
     try:
         if plan is not None:
-            execute(world, plan, PointB(robot), lambda *_: None, None)
+            execute(world, robot, plan)
         begin = world.time + STANDING
         stepped = push_standing(
             world, robot, (size * math.cos(angle), size * math.sin(angle), 0.0),

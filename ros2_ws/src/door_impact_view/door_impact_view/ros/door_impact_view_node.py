@@ -8,7 +8,7 @@ from typing import Any
 
 import rclpy
 from door_impact_common.node import GuardedNode, executor_of, run_node, spin_for
-from door_impact_common.parameters import Parameters
+from door_impact_common.parameters import FRAME_PREFIX, Parameters
 
 from door_impact_view.errors import ViewerMissingError
 from door_impact_view.ros.operator import Operator
@@ -22,6 +22,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "view_port": (8080, "port of the page; if it is taken, the next free one; 0: any free one"),
     "view_rate": (10.0, "rate at which the page is drawn while a browser shows it [Hz]"),
     "world_frame": ("odom", "frame in which everything is drawn"),
+    "frame_prefix": FRAME_PREFIX,
 }
 _PLOT_RATE = 4.0  # rate at which plots and texts are sent [Hz]
 _WARNED = 10.0  # shortest time between two warnings about messages [s]
@@ -54,7 +55,8 @@ class DoorImpactView(GuardedNode):
         host = parameters.text("view_host")
         local = host in (LOCAL, "localhost")
         self._operator = Operator(self)
-        self._watcher = Watcher(self, parameters.text("world_frame"), self._warn)
+        self._watcher = Watcher(self, parameters.text("world_frame"),
+                                parameters.text("frame_prefix"), self._warn)
         self.page = Page(LOCAL if local else host, port, self._operator.give,
                          max(1, round(rate / _PLOT_RATE)))
         self._problem = ""

@@ -15,15 +15,15 @@ from std_srvs.srv import Trigger
 from door_impact_view.live.panels import Order, Reply
 
 _SERVICES = {
-    "push": (PushDoor, "/sim/push_door"),
-    "identify": (IdentifyCloser, "/identify_closer"),
-    "plan": (PlanDoorImpact, "/plan_door_impact"),
-    "stop": (Trigger, "/stop"),
-    "reset": (Trigger, "/sim/reset"),
+    "push": (PushDoor, "sim/push_door"),
+    "identify": (IdentifyCloser, "identify_closer"),
+    "plan": (PlanDoorImpact, "plan_door_impact"),
+    "stop": (Trigger, "stop"),
+    "reset": (Trigger, "sim/reset"),
 }
 _ACTIONS = {
-    "run": (ExecuteDoorImpact, "/execute_door_impact"),
-    "pass": (WalkThroughDoor, "/walk_through_door"),
+    "run": (ExecuteDoorImpact, "execute_door_impact"),
+    "pass": (WalkThroughDoor, "walk_through_door"),
 }
 
 
@@ -66,8 +66,8 @@ class Operator:
     def _call(self, order: Order, reply: Reply) -> None:
         client = self._clients[order.name]
         if not client.service_is_ready():
-            reply(False, f"The service {client.srv_name} is not there: no node that serves it is "
-                  "running.")
+            reply(False, f"The service {client.service_name} is not there: no node that serves "
+                  "it is running.")
             return
         kind, _ = _SERVICES[order.name]
         _when_done(client.call_async(kind.Request(**order.fields)), reply, lambda answer: reply(

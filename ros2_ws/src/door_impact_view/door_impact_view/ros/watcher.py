@@ -29,20 +29,20 @@ _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Several nodes publish transforms: the last one need not be that of the robot's root.
 _TRANSFORMS = QoSProfile(depth=16, reliability=ReliabilityPolicy.BEST_EFFORT)
 _STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_HANDS = ("/left_wrist/wrench", "/right_wrist/wrench")
+_HANDS = ("left_wrist/wrench", "right_wrist/wrench")
 _TOPICS: tuple[tuple[Any, str, QoSProfile], ...] = (
-    (String, "/robot_description", _LATCHED),
-    (String, "/door_description", _LATCHED),
-    (ImpactPlan, "/door_impact_plan", _LATCHED),
+    (String, "robot_description", _LATCHED),
+    (String, "door_description", _LATCHED),
+    (ImpactPlan, "door_impact_plan", _LATCHED),
     (TFMessage, "/tf_static", _STATIC),
     (TFMessage, "/tf", _TRANSFORMS),
-    (JointState, "/joint_states", _LAST),
-    (JointState, "/door_angle", _LAST),
-    (PointStamped, "/zmp", _LAST),
-    (PointStamped, "/com", _LAST),
-    (PolygonStamped, "/support_polygon", _LAST),
+    (JointState, "joint_states", _LAST),
+    (JointState, "door_angle", _LAST),
+    (PointStamped, "zmp", _LAST),
+    (PointStamped, "com", _LAST),
+    (PolygonStamped, "support_polygon", _LAST),
     *((WrenchStamped, topic, _LAST)
-      for topic in ("/left_foot/wrench", "/right_foot/wrench", *_HANDS)),
+      for topic in ("left_foot/wrench", "right_foot/wrench", *_HANDS)),
 )
 
 
@@ -52,11 +52,14 @@ class Watcher:
     Args:
         node: The node.
         world: Name of the frame in which everything is drawn.
+        prefix: Text before the names of all frames in messages.
         warn: Takes a sentence about a message that cannot be used.
     """
 
-    def __init__(self, node: GuardedNode, world: str, warn: Callable[[str], None]) -> None:
-        self._node, self._world, self._warn = node, world, warn
+    def __init__(
+        self, node: GuardedNode, world: str, prefix: str, warn: Callable[[str], None]
+    ) -> None:
+        self._node, self._world, self._prefix, self._warn = node, world, prefix, warn
         self._subscriptions: list[Any] = []
         self._inbox: dict[str, deque[Any]] = {}
         self._poses: dict[str, Pose] = {}  # of frames in the world, by name
@@ -103,33 +106,34 @@ class Watcher:
         """Put a message into the state; return whether older ones of its topic do not matter."""
         state = self._state
         match topic:
-            case "/robot_description":
+            case "robot_description":
                 _describe(state.robot, message.data)
-            case "/door_description":
+            case "door_description":
                 _describe(state.door, message.data)
-            case "/door_impact_plan":
+            case "door_impact_plan":
                 state.plan = plan_summary(message)
             case "/tf" | "/tf_static":
-                found = _poses(message, self._world)
+                found = _poses(message, self._world, self._prefix)
                 self._poses.update(found)
                 return topic == "/tf" and _root(state.robot) in found
-            case "/joint_states":
+            case "joint_states":
                 state.robot.joints = _positions(message)
                 state.now = seconds(message.header.stamp)
-            case "/door_angle":
+            case "door_angle":
                 state.door.joints = _positions(message)
                 state.door_angle = _stamped(message, message.position[:1]) if (
                     message.position) else None
-            case "/zmp":
+            case "zmp":
                 state.zmp = _stamped(message, [message.point.x, message.point.y])
-            case "/com":
+            case "com":
                 place = message.point
                 state.com = _stamped(message, [place.x, place.y, place.z])
-            case "/support_polygon":
+            case "support_polygon":
                 corners = [[corner.x, corner.y] for corner in message.polygon.points]
                 state.polygon = _stamped(message, np.reshape(corners, (-1, 2)))
             case _:
-                force, link = message.wrench.force, message.header.frame_id
+                force = message.wrench.force
+                link = message.header.frame_id.removeprefix(self._prefix)
                 state.forces[link] = _stamped(message, [force.x, force.y, force.z])
                 if topic in _HANDS:
                     state.hands |= {link}
@@ -191,16 +195,16 @@ def _stamped(message: Any, values: Any) -> Stamped:
     return Stamped(seconds(message.header.stamp), row)
 
 
-def _poses(message: Any, world: str) -> dict[str, Pose]:
-    """Return the poses of a TFMessage's frames whose parent is the world, by name."""
+def _poses(message: Any, world: str, prefix: str) -> dict[str, Pose]:
+    """Return the poses of a TFMessage's frames in the world, by name without the prefix."""
     found = {}
     for transform in message.transforms:
-        if transform.header.frame_id.removeprefix("/") != world:
+        if transform.header.frame_id.removeprefix("/") != prefix + world:
             continue
         to, turn = transform.transform.translation, transform.transform.rotation
         pose = np.array([to.x, to.y, to.z, turn.w, turn.x, turn.y, turn.z])
         length = float(np.linalg.norm(pose[3:]))
         if not np.isfinite(pose).all() or length < 0.5:
             raise ValueError("a pose in it is not finite, or its orientation is no quaternion")
-        found[transform.child_frame_id] = pose[:3], pose[3:] / length
+        found[transform.child_frame_id.removeprefix(prefix)] = pose[:3], pose[3:] / length
     return found

@@ -62,9 +62,9 @@ class Rig:
 
 
 @contextmanager
-def rig() -> Iterator[Rig]:
-    """A rig whose page is on any free port."""
-    rclpy.init(args=["--ros-args", "-p", "view_port:=0"])
+def rig(*arguments: str) -> Iterator[Rig]:
+    """A rig whose page is on any free port; all its nodes get the arguments."""
+    rclpy.init(args=["--ros-args", "-p", "view_port:=0", *arguments])
     try:
         made = Rig()
         yield made
@@ -78,10 +78,10 @@ def rig() -> Iterator[Rig]:
         rclpy.shutdown()
 
 
-def publish_motion(node: Any) -> Callable[[float], None]:
+def publish_motion(node: Any, prefix: str = "") -> Callable[[float], None]:
     """Return a function that publishes all that moves, with a door angle [rad]."""
-    topics = {"/joint_states": JointState, "/door_angle": JointState, "/zmp": PointStamped,
-              "/com": PointStamped, "/support_polygon": PolygonStamped, "/tf": TFMessage}
+    topics = {"joint_states": JointState, "door_angle": JointState, "zmp": PointStamped,
+              "com": PointStamped, "support_polygon": PolygonStamped, "/tf": TFMessage}
     publishers = {name: node.create_publisher(kind, name, 10) for name, kind in topics.items()}
     stamps = count(20_000_000, 20_000_000)
 
@@ -94,10 +94,10 @@ def publish_motion(node: Any) -> Callable[[float], None]:
         polygon.polygon.points = [
             Point32(x=x, y=y) for x, y in ((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1))]
         base = TransformStamped()
-        base.header.frame_id, base.child_frame_id = "odom", "base_link"
+        base.header.frame_id, base.child_frame_id = f"{prefix}odom", f"{prefix}base_link"
         base.transform.translation.z, base.transform.rotation.w = 0.65, 1.0
-        for name, message in {"/joint_states": joints, "/door_angle": door, "/zmp": zmp,
-                              "/com": com, "/support_polygon": polygon}.items():
+        for name, message in {"joint_states": joints, "door_angle": door, "zmp": zmp,
+                              "com": com, "support_polygon": polygon}.items():
             message.header.stamp = stamp
             publishers[name].publish(message)
         publishers["/tf"].publish(TFMessage(transforms=[base]))
@@ -105,12 +105,14 @@ def publish_motion(node: Any) -> Callable[[float], None]:
     return publish
 
 
-def test_robot_and_points_move_as_the_topics_say() -> None:
-    """Joints, base, ZMP, CoM and capture point of the page are those of the topics."""
-    with rig() as r:
-        description = r.other.create_publisher(String, "/robot_description", LATCHED)
+@pytest.mark.parametrize(("prefix", "arguments"), [
+    ("", ()), ("robot1/", ("-r", "__ns:=/robot1", "-p", "frame_prefix:=robot1/"))])
+def test_robot_and_points_move_as_the_topics_say(prefix: str, arguments: tuple[str, ...]) -> None:
+    """Joints, base, ZMP, CoM and capture point of the page are those of its namespace's topics."""
+    with rig(*arguments) as r:
+        description = r.other.create_publisher(String, "robot_description", LATCHED)
         description.publish(String(data=HRP2))
-        publish = publish_motion(r.other)
+        publish = publish_motion(r.other, prefix)
         page = r.open_page()
         base = "/robot"
         knee = f"{base}/visual/RLEG_LINK0/RLEG_LINK1/RLEG_LINK2/RLEG_LINK3"
@@ -129,9 +131,9 @@ def test_robot_and_points_move_as_the_topics_say() -> None:
 def test_without_a_browser_nothing_is_subscribed() -> None:
     """The graph sends the view nothing before a browser comes and after the last one has left."""
     with rig() as r:
-        zmp = r.other.create_publisher(PointStamped, "/zmp", 10)
+        zmp = r.other.create_publisher(PointStamped, "zmp", 10)
         r.turn()
-        assert not r.view.count_subscribers("/zmp")
+        assert not r.view.count_subscribers("zmp")
         page = r.open_page()
         r.until(zmp.get_subscription_count)
         r.page = None
@@ -149,11 +151,11 @@ def test_a_refusal_appears_as_a_sentence() -> None:
         return response
 
     with rig() as r:
-        r.other.create_service(PlanDoorImpact, "/plan_door_impact", refuse)
+        r.other.create_service(PlanDoorImpact, "plan_door_impact", refuse)
         page = r.open_page()
-        r.until(lambda: page.has("Plan") and r.view.count_services("/plan_door_impact"))
+        r.until(lambda: page.has("Plan") and r.view.count_services("plan_door_impact"))
         page.press("Run")
-        r.until(lambda: any("/execute_door_impact" in text for _, text in page.notifications))
+        r.until(lambda: any("execute_door_impact" in text for _, text in page.notifications))
         page.enter("angle [deg]", 35.0)
         page.enter("ending", "retreat")
         page.press("Plan")
@@ -182,10 +184,10 @@ def test_run_shows_phases_and_the_result() -> None:
 
     seen: list[bool] = []
     with rig() as r:
-        server = ActionServer(r.other, ExecuteDoorImpact, "/execute_door_impact", execute)
+        server = ActionServer(r.other, ExecuteDoorImpact, "execute_door_impact", execute)
         page = r.open_page()
         r.until(lambda: page.has("Run") and r.view.count_services(
-            "/execute_door_impact/_action/send_goal"))
+            "execute_door_impact/_action/send_goal"))
         page.press("Run")
         r.until(lambda: page.notifications)
         r.until(lambda: "no motion" in page.text())
@@ -197,10 +199,10 @@ def test_run_shows_phases_and_the_result() -> None:
 def test_bad_messages_do_not_end_the_view() -> None:
     """A URDF that is none, NaN and missing positions: the page says so and goes on."""
     with rig() as r:
-        description = r.other.create_publisher(String, "/robot_description", LATCHED)
+        description = r.other.create_publisher(String, "robot_description", LATCHED)
         description.publish(String(data="<robot"))
-        joints = r.other.create_publisher(JointState, "/joint_states", 10)
-        com = r.other.create_publisher(PointStamped, "/com", 10)
+        joints = r.other.create_publisher(JointState, "joint_states", 10)
+        com = r.other.create_publisher(PointStamped, "com", 10)
         bad = PointStamped()
         bad.point.x = math.nan
         page = r.open_page()

@@ -67,10 +67,10 @@ class CloserIdentifierNode(GuardedNode):
         latched = QoSProfile(
             depth=1, reliability=ReliabilityPolicy.RELIABLE,
             durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._closer_topic = self.create_publisher(CloserParameters, "/closer_parameters", latched)
+        self._closer_topic = self.create_publisher(CloserParameters, "closer_parameters", latched)
         self._samples = self.create_subscription(
-            EncoderSamples, "/door_encoder/samples", self._on_samples, QoSProfile(depth=_QUEUE))
-        self._service = self.create_service(IdentifyCloser, "/identify_closer", self._on_identify)
+            EncoderSamples, "door_encoder/samples", self._on_samples, QoSProfile(depth=_QUEUE))
+        self._service = self.create_service(IdentifyCloser, "identify_closer", self._on_identify)
 
     def _on_samples(self, message: EncoderSamples) -> None:
         """Store a batch."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from door_model.door.closer import FourBarCloser
 from door_model.errors import DoorParameterError, LinkageError
-from hypothesis import given
+from hypothesis import given, reject
 from hypothesis import strategies as st
 
 PAPER = FourBarCloser(0.195, 0.204, 0.220, 0.265, 0.34)
@@ -44,16 +44,21 @@ linkages = st.builds(
     assembly=st.sampled_from([1, -1]))
 
 
+def angle_at(closer: FourBarCloser, share: float) -> float:
+    """A share of the opening range, if the linkage closes at the closed door."""
+    try:
+        return share * closer.opening_limit()
+    except LinkageError:
+        reject()
+
+
 @given(closer=linkages, share=st.floats(0.02, 0.98))
 def test_eta_and_its_slope_are_the_derivatives_of_f(closer: FourBarCloser, share: float) -> None:
     """For any linkage and mode, by central differences away from the ends of the range."""
-    try:
-        theta = share * closer.opening_limit()
-        slope = (closer.f(theta + 1e-7) - closer.f(theta - 1e-7)) / 2e-7
-        curve = (closer.eta(theta + 1e-6) - closer.eta(theta - 1e-6)) / 2e-6
-        _, eta, slope_of_eta = closer.f_eta_slope(theta)
-    except LinkageError:
-        return
+    theta = angle_at(closer, share)
+    slope = (closer.f(theta + 1e-7) - closer.f(theta - 1e-7)) / 2e-7
+    curve = (closer.eta(theta + 1e-6) - closer.eta(theta - 1e-6)) / 2e-6
+    _, eta, slope_of_eta = closer.f_eta_slope(theta)
     assert slope == pytest.approx(eta, rel=1e-3, abs=1e-3)
     assert curve == pytest.approx(slope_of_eta, rel=1e-3, abs=1e-3)
 
@@ -61,11 +66,8 @@ def test_eta_and_its_slope_are_the_derivatives_of_f(closer: FourBarCloser, share
 @given(closer=linkages, share=st.floats(0, 0.98))
 def test_both_modes_put_the_same_links_together(closer: FourBarCloser, share: float) -> None:
     """In both modes f is the angle of a link 2 with which links 2 and 3 have their lengths."""
-    try:
-        theta = share * closer.opening_limit()
-        f = closer.f(theta)
-    except LinkageError:
-        return
+    theta = angle_at(closer, share)
+    f = closer.f(theta)
     # Link 1 turns about the origin, link 2 from its end by the closer's angle, link 3 comes back.
     phi = theta + closer.theta_i0
     end1 = closer.l1 * np.array([math.cos(phi), math.sin(phi)])

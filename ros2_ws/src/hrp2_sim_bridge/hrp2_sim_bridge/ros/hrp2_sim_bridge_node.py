@@ -95,7 +95,8 @@ class SimBridge(GuardedNode):
             self._options.number("hinge_x"),
             **self._options.world_settings())
         self._messages = convert.TickMessages(
-            self.world.robot_config, imu_variances(self.world.settings.sensors))
+            self.world.robot_config, imu_variances(self.world.settings.sensors),
+            self._options.text("frame_prefix"))
         self._pacer = Pacer(self._options.speed())
         self._encoder = SampleBatcher(
             period_ns=round(SAMPLE * 1e9), size=ENCODER_BATCH, counts_per_turn=COUNTS_PER_TURN)
@@ -104,25 +105,25 @@ class SimBridge(GuardedNode):
         self._fall_reported = False
         self._ticks = 0
         self._make_publishers()
-        self.create_subscription(JointTrajectory, "/joint_trajectory", self._on_trajectory, QUEUE)
-        self.create_subscription(HandCompliance, "/hand_compliance", self._on_compliance, QUEUE)
-        self.create_service(Trigger, "/sim/reset", self._on_reset)
-        self.create_service(PushDoor, "/sim/push_door", self._on_push)
-        self.create_service(PushRobot, "/sim/push_robot", self._on_push_robot)
+        self.create_subscription(JointTrajectory, "joint_trajectory", self._on_trajectory, QUEUE)
+        self.create_subscription(HandCompliance, "hand_compliance", self._on_compliance, QUEUE)
+        self.create_service(Trigger, "sim/reset", self._on_reset)
+        self.create_service(PushDoor, "sim/push_door", self._on_push)
+        self.create_service(PushRobot, "sim/push_robot", self._on_push_robot)
         self.create_service(Trigger, "~/stop", self._on_stop)
         self.create_service(Trigger, "~/save_log", self._on_save_log)
 
     def _make_publishers(self) -> None:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._clock_topic = self.create_publisher(Clock, "/clock", QUEUE)
-        self._joints = self.create_publisher(JointState, "/joint_states", QUEUE)
-        self._imu = self.create_publisher(Imu, "/imu", QUEUE)
+        self._joints = self.create_publisher(JointState, "joint_states", QUEUE)
+        self._imu = self.create_publisher(Imu, "imu", QUEUE)
         ends = ["foot"] if self.world.robot_config.wrist_sensors is None else ["foot", "wrist"]
         self._wrenches = [
-            self.create_publisher(WrenchStamped, f"/{side}_{end}/wrench", QUEUE)
+            self.create_publisher(WrenchStamped, f"{side}_{end}/wrench", QUEUE)
             for end in ends for side in SIDES]
-        self._counts = self.create_publisher(EncoderSamples, "/door_encoder/counts", QUEUE)
-        self._description = self.create_publisher(String, "/robot_description", latched)
+        self._counts = self.create_publisher(EncoderSamples, "door_encoder/counts", QUEUE)
+        self._description = self.create_publisher(String, "robot_description", latched)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
         urdf = self.world.robot_config.urdf_path.read_text(encoding="utf-8")
         self._description.publish(String(data=urdf))
@@ -133,8 +134,8 @@ class SimBridge(GuardedNode):
         Raises:
             SecondDriverError: The driver of a robot is in the graph already.
         """
-        if self.count_publishers("/joint_states") > 1:
-            raise SecondDriverError("/joint_states")
+        if self.count_publishers(self._joints.topic_name) > 1:
+            raise SecondDriverError(self._joints.topic_name)
         try:
             with executor_of(self) as executor:
                 while rclpy.ok():
@@ -178,8 +179,8 @@ class SimBridge(GuardedNode):
             "accepted": self._accepted, "refused": self._refused, "last_refusal": self._refusal,
             "max_tilt_deg": f"{np.degrees(world.fall.max_tilt):.2f}"}
         status = DiagnosticStatus(
-            name="hrp2_sim_bridge: driver", hardware_id=world.robot_config.name, level=level,
-            message=text,
+            name=f"{self.get_fully_qualified_name()[1:]}: driver",
+            hardware_id=world.robot_config.name, level=level, message=text,
             values=[KeyValue(key=key, value=str(value)) for key, value in values.items()])
         message = DiagnosticArray(status=[status])
         message.header.stamp = stamp_of(self._now_ns())

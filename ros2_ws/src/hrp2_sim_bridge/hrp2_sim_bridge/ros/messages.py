@@ -33,6 +33,7 @@ class TickMessages:
     Args:
         robot: Configuration of the robot.
         variances: Variances of the IMU's readings.
+        prefix: Text before the names of the frames.
 
     Attributes:
         stamp: Stamp of all these messages.
@@ -42,11 +43,11 @@ class TickMessages:
             the right hand if their wrists have sensors.
     """
 
-    def __init__(self, robot: RobotConfig, variances: ImuVariances) -> None:
+    def __init__(self, robot: RobotConfig, variances: ImuVariances, prefix: str = "") -> None:
         self.stamp = Time()
         self.joints = JointState(name=list(robot.joint_names))
         self.imu = Imu()
-        self.imu.header.frame_id = needed(robot.imu_frame, "imu_frame")
+        self.imu.header.frame_id = prefix + needed(robot.imu_frame, "imu_frame")
         self.imu.orientation_covariance[::4] = variances.orientation
         self.imu.angular_velocity_covariance[::4] = variances.angular_velocity
         self.imu.linear_acceleration_covariance[::4] = variances.specific_force
@@ -55,7 +56,7 @@ class TickMessages:
             frames += [robot.wrist_sensors[side].link for side in SIDES]
         self.wrenches = [WrenchStamped() for _ in frames]
         for message, frame in zip(self.wrenches, frames, strict=True):
-            message.header.frame_id = frame
+            message.header.frame_id = prefix + frame
         for message in (self.joints, self.imu, *self.wrenches):
             message.header.stamp = self.stamp
 

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from door_impact_common.documents import descriptions
-from door_impact_common.parameters import Parameters
+from door_impact_common.parameters import FRAME_PREFIX, Parameters
 from rclpy.node import Node
 
 from hrp2_sim_bridge.settings import SensorSettings, WorldSettings
@@ -24,6 +24,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "door_distance": (
         math.nan, "distance of the closed leaf's face from the origin of odom, towards -y [m]"),
     "hinge_x": (math.nan, "x of a hinge at the right in odom, -x of one at the left [m]"),
+    "frame_prefix": FRAME_PREFIX,
     "paced": (True, "hold the simulation to real time"),
     "max_real_time_factor": (0.0, "largest speed of a simulation that is not paced; 0: no limit"),
     "push_duration": (0.25, "duration of a push by hand whose request has a negative one [s]"),

@@ -32,7 +32,7 @@ def test_trajectory_message_keeps_its_content_and_emptiness() -> None:
 def test_messages_are_filled_anew_each_tick(robot, noisy: bool) -> None:
     """Messages carry stamp, values and frames of the last tick; covariances are diagonal."""
     settings = SensorSettings(sensor_noise=noisy)
-    messages = convert.TickMessages(robot, imu_variances(settings))
+    messages = convert.TickMessages(robot, imu_variances(settings), "robot1/")
     for scale in (1.0, 2.0):
         imu = ImuSample(np.array([0.0, 0.0, 0.6, 0.8]), np.arange(3.0), scale * np.arange(3.0, 6.0))
         joints = scale * np.arange(90.0).reshape(3, 30)
@@ -47,7 +47,8 @@ def test_messages_are_filled_anew_each_tick(robot, noisy: bool) -> None:
     for message, row in zip(messages.wrenches, wrenches, strict=True):
         assert message.wrench.force.x == row[0]
         assert message.wrench.torque.z == row[5]
-    assert messages.wrenches[1].header.frame_id == robot.feet["right"].sole
+    assert messages.wrenches[1].header.frame_id == f"robot1/{robot.feet['right'].sole}"
+    assert messages.imu.header.frame_id == f"robot1/{robot.imu_frame}"
     rate = settings.gyro_noise**2 if noisy else 0.0
     covariance = np.reshape(messages.imu.angular_velocity_covariance, (3, 3))
     np.testing.assert_allclose(covariance, rate * np.eye(3), rtol=1e-3)

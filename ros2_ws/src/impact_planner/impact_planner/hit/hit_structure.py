@@ -1,7 +1,8 @@
 """The robot and the leaf in the hit as a linear system: masses, rubber, gears, and contact rows.
 
 The system describes deviations from the commanded run-up, which begin at zero when the elbow
-touches the leaf, in the posture of the hit: within the contact the robot moves by some millimetres.
+touches the leaf, in the posture of the hit, in which the arm has yielded to the pads that press it:
+within the contact the robot moves by some millimetres.
 Its coordinates are the motions that the soles allow (they neither slide nor turn on the floor,
 their rubber yields along the vertical and in tilt), and the leaf's angle. Where the robot's
 configuration has drives, each joint is a coordinate too, which hangs on its motor by the gear.
@@ -95,11 +96,12 @@ def hit_structure(
 
     Args:
         base: Position of base_link in odom, (3,) [m].
-        joints: Angles of the joints, (J,) [rad].
+        joints: Commanded angles of the joints, (J,) [rad].
         feet: Places of the soles in odom by side, (3,) each [m].
         normal: Unit normal of the leaf in odom, pointing into the door, (3,).
     """
-    q = robot.configuration(base, joints)
+    held, pads, give = _at_rest(robot, base, joints, feet)
+    q = robot.configuration(base, joints + give)
     inertia = robot.mass_matrix(q)
     grip, stiffness, damping = _soles(robot, q)
     columns = np.arange(robot.model.nv) if robot.config.drives else np.arange(6)
@@ -112,7 +114,6 @@ def hit_structure(
     point = center - pin.skew(robot.config.contact_radius * normal) @ jacobian[3:]
     run_up = _run_up(robot, q) / -float(normal[1])
     across = grip[1::3, BASE].mean(axis=0)  # motion of both soles along y
-    held, pads = _at_rest(robot, q, base, joints, feet)
     return HitStructure(
         motions, inertia, stiffness, damping, run_up, axes @ point, axes @ center @ run_up, pads,
         robot.v_index, robot.config.drives, held, robot.effort_limit, robot.com(q) - base,
@@ -157,37 +158,40 @@ def _soles(robot: RobotModel, q: Array) -> tuple[Array, Array, Array]:
 
 
 def _at_rest(
-    robot: RobotModel, q: Array, base: Array, joints: Array, feet: dict[str, Array]
-) -> tuple[Array, PadRow | None]:
-    """Compute the gears' torques (J,) [N m] and the pads before the hit.
+    robot: RobotModel, base: Array, joints: Array, feet: dict[str, Array]
+) -> tuple[Array, PadRow | None, Array]:
+    """Compute the gears' torques (J,) [N m], the pads and the joints' give before the hit.
 
     The commanded posture presses the pads into each other. The servos and the gears between them
-    yield until their torques bear the pads' force; the driver leads the motors by what they yield
-    under the weight. The ball comes along the disc's normal, so that friction holds it where it
-    touches as far as it can.
+    yield until their torques bear the pads' force, which lifts the elbow: the give is what this
+    adds to the commanded angles, (J,) [rad]. The driver leads the motors by what they yield under
+    the weight. The ball comes along the disc's normal, so that friction holds it where it touches
+    as far as it can.
     """
     motion = still(joints, base)
     held = joint_torques(robot, motion, inverse_dynamics(robot, motion), feet, SIDES)[0]
-    brace, drives = robot.config.brace, robot.config.drives
+    brace, drives, rigid = robot.config.brace, robot.config.drives, np.zeros(len(joints))
     if brace is None or drives is None:
-        return held, None
-    found = pad_contact(robot, q, brace)
+        return held, None, rigid
+    found = pad_contact(robot, robot.configuration(base, joints), brace)
     if found.beside > 0.0 or found.offset[0] >= 0.0:  # nothing presses the pads
-        return held, None
+        return held, None, rigid
     row = found.jacobian.copy()
     row[0] *= -1.0  # the depth grows as the ball comes nearer
     of_joints = row[:, robot.v_index]
     share = np.array([1.0, TANGENTIAL, TANGENTIAL])
     depth = np.array([-float(found.offset[0]), 0.0, 0.0])
-    gives = (of_joints / drives.stiffness + of_joints / drives.position_gain) @ of_joints.T
-    gives += np.diag(1.0 / (brace.stiffness * share))
+    soft = 1.0 / drives.stiffness + 1.0 / drives.position_gain
+    gives = (of_joints * soft) @ of_joints.T + np.diag(1.0 / (brace.stiffness * share))
     preload = np.linalg.solve(gives, depth)
     along, most = float(np.linalg.norm(preload[1:])), brace.friction * float(preload[0])
     if along > most:  # the ball slides until friction holds it
         force = np.array([1.0, *(brace.friction / along * preload[1:])])
         preload = depth[0] / float(gives[0] @ force) * force
-    return held + of_joints.T @ preload, PadRow(
-        row, brace.stiffness * share, brace.damping * share, brace.friction, preload)
+    pressed = of_joints.T @ preload
+    return held + pressed, PadRow(
+        row, brace.stiffness * share, brace.damping * share, brace.friction, preload
+    ), -soft * pressed
 
 
 def reduced(structure: HitStructure, i_a: float) -> tuple[Array, Array, Array]:

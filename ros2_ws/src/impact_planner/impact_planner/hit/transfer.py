@@ -90,12 +90,12 @@ class Blow:
 def plan_blow(task: Task, prediction: DoorPrediction, demands: LegDemands, step: float) -> Blow:
     """Decide stance and v_rB; arguments and errors as for `stand` and `plan_transfer`."""
     placement, stance, contact = stand(task, demands, step)
-    transfer = plan_transfer(task, stance, contact, prediction.omega)
+    transfer = plan_transfer(task, placement, stance, contact, prediction.omega)
     return Blow(prediction, placement, stance, contact, transfer)
 
 
 def plan_transfer(
-    task: Task, stance: HitStance, contact: LeafContact, omega: float
+    task: Task, placement: Placement, stance: HitStance, contact: LeafContact, omega: float
 ) -> MomentumTransfer:
     """Compute the speeds of B that give the door an angular velocity, and the loads of the hit.
 
@@ -110,8 +110,9 @@ def plan_transfer(
     structure = hit_structure(robot, posture.base, posture.joints, stance.feet, contact.normal)
     surfaces = wanted.restitution, wanted.restitution + (
         _OTHER if wanted.restitution < _MIDDLE else -_OTHER)
-    leaf, other = (leaf_to_hit(task.known, settings, contact, wanted.initial_angle, restitution)
-                   for restitution in surfaces)
+    leaf, other = (
+        leaf_to_hit(task.known, settings, placement, contact, wanted.initial_angle, restitution)
+        for restitution in surfaces)
     simulation = HitSimulation(structure, leaf)
     planar = momentum.effective_mass_planar(robot.mass, posture.i_rob, posture.a_r)
     law = {"i_a": leaf.i_a, "l_b": leaf.l_b}
@@ -150,14 +151,16 @@ def plan_transfer(
 
 
 def leaf_to_hit(
-    known: KnownDoor, settings: PlannerSettings, contact: LeafContact, angle: float,
-    restitution: float,
+    known: KnownDoor, settings: PlannerSettings, placement: Placement, contact: LeafContact,
+    angle: float, restitution: float,
 ) -> LeafToHit:
     """Describe the leaf in the hit.
 
     Args:
         angle: Opening angle at the hit [rad].
-        restitution: Coefficient of restitution of the leaf's surface.
+        restitution: Coefficient of restitution of the leaf's surface. It is that of a free mass
+            that hits the leaf at x = 0; the elbow, which hits the same spring and damper farther
+            from the hinge, meets less of the leaf's mass and thus sees more damping.
     """
     door = known.door
     return LeafToHit(
@@ -165,7 +168,7 @@ def leaf_to_hit(
         l_b=contact.l_b,
         torque=float(door.restoring_torque(angle)) + door.friction,
         surface=surface(
-            restitution, settings.contact_duration, mass_of_hit(door.i_a, contact.l_b)),
+            restitution, settings.contact_duration, mass_of_hit(door.i_a, placement.hinge_x)),
         friction=settings.leaf_friction,
     )
 

@@ -1,1 +1,1 @@
-"""The nodes impact_planner and impact_executor, and their messages."""
+"""The node impact_planner, and its messages."""

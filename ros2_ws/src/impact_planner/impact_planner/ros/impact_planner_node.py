@@ -9,10 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from action_msgs.msg import GoalStatusArray
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.parameters import FRAME_PREFIX, Parameters
 from door_impact_msgs.msg import CloserParameters, HitReport
 from door_impact_msgs.msg import ImpactPlan as ImpactPlanMessage
 from door_impact_msgs.srv import PlanDoorImpact
@@ -25,8 +24,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
 from impact_planner.errors import PLANNING_ERRORS, InvalidRequest, NoDoor
+from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
-from impact_planner.ros.hit_learner import STATES, HitLearner
+from impact_planner.ros.hit_learner import HitLearner
 from impact_planner.ros.messages import (
     door_from_message,
     failure_response,
@@ -44,6 +44,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
     "door": ("", "name or YAML file of a door, to plan without identification"),
     "frame_of": ("", "name or YAML file of the identified door, for its frame and wall, and the "
                  "side of its hinge; empty: they are not known, and it is at the right"),
+    "frame_prefix": FRAME_PREFIX,
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
     "experience_file": ("", "YAML file that keeps what hits have taught, by door; empty: it is "
                         "forgotten with the node"),
@@ -51,7 +52,7 @@ PARAMETERS: dict[str, tuple[Any, str]] = {
 
 
 class ImpactPlanner(GuardedNode):
-    """Answers /plan_door_impact; the door comes from a topic or from a parameter."""
+    """Answers plan_door_impact; the door comes from a topic or from a parameter."""
 
     def __init__(self) -> None:
         """Read the parameters, load the robot and connect to topics and services."""
@@ -70,14 +71,12 @@ class ImpactPlanner(GuardedNode):
         self._refusal = ""  # why the last identified parameters describe no door
         self.add_on_set_parameters_callback(self._on_parameters)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._plans = self.create_publisher(ImpactPlanMessage, "/door_impact_plan", latched)
-        self.create_subscription(CloserParameters, "/closer_parameters", self._on_closer, latched)
-        self.create_subscription(HitReport, "/hit_report", self._learner.on_report, 10)
-        states = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.create_subscription(GoalStatusArray, STATES, self._learner.on_goals, states)
-        self.create_service(PlanDoorImpact, "/plan_door_impact", self._on_plan,
+        self._plans = self.create_publisher(ImpactPlanMessage, "door_impact_plan", latched)
+        self.create_subscription(CloserParameters, "closer_parameters", self._on_closer, latched)
+        self.create_subscription(HitReport, "hit_report", self._learner.on_report, 10)
+        self.create_service(PlanDoorImpact, "plan_door_impact", self._on_plan,
                             qos_profile=QoSProfile(depth=WAITING))
-        self.create_service(Trigger, "/forget_hits", self._on_forget)
+        self.create_service(Trigger, "forget_hits", self._on_forget)
 
     def _values(self) -> dict[str, Any]:
         return {name: self._given.value(name) for name in SETTINGS}
@@ -113,8 +112,9 @@ class ImpactPlanner(GuardedNode):
                 warnings=known.warnings + older)
         raise NoDoor(
             self._refusal
-            or "nothing is known of the door: no message has arrived on /closer_parameters, and "
-            "the parameter 'door' is empty; call /identify_closer first",
+            or "nothing is known of the door: no message has arrived on "
+            f"{self.resolve_topic_name('closer_parameters')}, and the parameter 'door' is empty; "
+            f"call {self.resolve_service_name('identify_closer')} first",
             quantity="door",
             value="",
         )
@@ -135,9 +135,8 @@ class ImpactPlanner(GuardedNode):
                 response, InvalidRequest(f"the planner failed: {type(error).__name__}: {error}")
             )
         self._learner.planned(plan, known)
-        names, stamp = self._robot.joint_names, self.get_clock().now().to_msg()
-        seen = sight(self._robot.config, known.hinge)
-        whole = seen.message(plan_message(plan, names, stamp, trajectories=True))
+        stamp = self.get_clock().now().to_msg()
+        whole = self._message(plan, known, stamp, trajectories=True)
         self._plans.publish(whole)
         response.success = True
         response.error_code = PlanDoorImpact.Response.NONE
@@ -149,12 +148,21 @@ class ImpactPlanner(GuardedNode):
         response.plan = (
             whole
             if request.include_trajectories
-            else seen.message(plan_message(plan, names, stamp, trajectories=False))
+            else self._message(plan, known, stamp, trajectories=False)
         )
         self.get_logger().info(f"plan {plan.plan_id}: {response.message}")
         for warning in whole.warnings:
             self.get_logger().warning(warning)
         return response
+
+    def _message(
+        self, plan: ImpactPlan, known: KnownDoor, stamp: Any, *, trajectories: bool
+    ) -> ImpactPlanMessage:
+        made: ImpactPlanMessage = sight(self._robot.config, known.hinge).message(
+            plan_message(plan, self._robot.joint_names, stamp, trajectories=trajectories))
+        # Not before: a mirror would exchange left and right in the prefix, too.
+        made.header.frame_id = self._given.text("frame_prefix") + made.header.frame_id
+        return made
 
     def _on_forget(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         """Forget what the hits on all doors have taught."""

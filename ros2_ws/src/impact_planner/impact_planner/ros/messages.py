@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.driver.messages import trajectory_message
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.stamps import seconds
 from door_impact_msgs.msg import CloserParameters, JointLoad, PhaseMargin, PlanPhase
@@ -22,6 +21,7 @@ from door_model.identification.parameters import UNITS
 from door_model.ros.messages import door_of
 from geometry_msgs.msg import Point, Pose, Quaternion
 from humanoid_motion.knots import Knots
+from robot_driver.messages import trajectory_message
 from trajectory_msgs.msg import JointTrajectory
 
 from impact_planner.errors import NoDoor
@@ -145,7 +145,7 @@ def door_from_message(
             frame = None if around.frame is None else (around.leaf, around.frame)
     except DoorModelError as error:
         raise NoDoor(
-            f"/closer_parameters describes no door: {error}",
+            f"closer_parameters describes no door: {error}",
             quantity=error.quantity,
             value=error.value,
             limit=error.limit,

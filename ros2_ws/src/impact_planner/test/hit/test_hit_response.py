@@ -12,7 +12,7 @@ from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
 from hypothesis import given
 from hypothesis import strategies as st
-from impact_planner.hit import momentum
+from impact_planner.hit import hit_response, momentum
 from impact_planner.hit.hit_response import HitSimulation, LeafToHit, Switch
 from impact_planner.hit.hit_structure import hit_structure
 
@@ -202,6 +202,31 @@ def test_without_the_brace_the_shoulder_is_overloaded(robot, stance):
     assert abs(bare.gear[column]) > limit[column]
     assert bare.pad_force == bare.pad_preload == bare.pad_friction == 0.0
     assert bare.restitution < braced.restitution - 0.2
+
+
+def test_the_pads_lift_the_elbow_until_gears_and_servos_bear_their_force(robot, stance):
+    """It is a millimetre; gears and servos twice as stiff give half as far for the same force."""
+
+    def lifted(stiffer):
+        drives = robot.config.drives.scaled(gear=stiffer)
+        drives = replace(drives, position_gain=stiffer * drives.position_gain)
+        one, bare = (hit_structure(
+            RobotModel(replace(robot.config, drives=drives, brace=brace)), stance.posture.base,
+            stance.posture.joints, stance.feet, turned(0.0))
+            for brace in (robot.config.brace, None))
+        height = one.touch[0, 3] - bare.touch[0, 3]
+        return abs(height), one.pads.preload[0]
+
+    (soft, less), (stiff, more) = lifted(1.0), lifted(2.0)
+    assert 5e-4 < soft < 2e-3
+    assert stiff / more == pytest.approx(0.5 * soft / less, rel=0.01)
+
+
+def test_w_hardly_depends_on_the_integration_step(robot, stance, monkeypatch):
+    """Half the step changes w' by less than 0.1 %, with friction that changes its direction."""
+    omega = simulation(robot, stance).hit(0.42, SWITCH).omega
+    monkeypatch.setattr(hit_response, "_STEP", 0.5 * hit_response._STEP)
+    assert simulation(robot, stance).hit(0.42, SWITCH).omega == pytest.approx(omega, rel=1e-3)
 
 
 def test_motors_give_no_more_than_their_limit(robot, stance):

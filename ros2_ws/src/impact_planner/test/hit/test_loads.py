@@ -11,7 +11,8 @@ from impact_planner.errors import GearOverload
 from impact_planner.hit.floor_load import LARGEST_SLIP, floor_load, require_no_slip
 from impact_planner.hit.hit_response import HitSimulation, Switch
 from impact_planner.hit.hit_structure import hit_structure
-from impact_planner.hit.stance import contact_with_leaf
+from impact_planner.hit.placement import Placement
+from impact_planner.hit.stance import LeafContact, contact_with_leaf
 from impact_planner.hit.transfer import leaf_to_hit
 from impact_planner.plan import plan_impact
 from impact_planner.task.request import PlanRequest
@@ -24,9 +25,10 @@ def response(robot, stance, known):
     posture, settings = stance.posture, PlannerSettings()
     hinge = np.array([-0.42, posture.elbow[1] - robot.config.contact_radius])
     contact = contact_with_leaf(posture.elbow, robot.config.contact_radius, hinge, 0.0)
+    placement = Placement(-float(hinge[1]), float(hinge[0]))
     structure = hit_structure(
         robot, posture.base, posture.joints, stance.feet, np.array(TOWARDS_DOOR))
-    return HitSimulation(structure, leaf_to_hit(known, settings, contact, 0.0, 0.5)).hit(
+    return HitSimulation(structure, leaf_to_hit(known, settings, placement, contact, 0.0, 0.5)).hit(
         0.42, Switch(0.018, 0.01, 0.2))
 
 
@@ -50,6 +52,15 @@ def test_soles_slip_in_the_hit_only_where_it_asks_for_more_friction_than_there_i
     with pytest.raises(PostureUnreachable) as caught:
         require_no_slip(far, 0.01)
     assert caught.value.limit == LARGEST_SLIP < caught.value.value
+
+
+def test_the_leaf_s_surface_is_the_same_wherever_the_elbow_meets_it(known):
+    """Farther from the hinge the elbow meets less mass, but neither spring nor damper changes."""
+    placement, settings = Placement(0.715, -0.4), PlannerSettings()
+    near, far = (leaf_to_hit(
+        known, settings, placement, LeafContact(np.zeros(3), np.array(TOWARDS_DOOR), l_b), 0.0, 0.5)
+        for l_b in (0.35, 0.5))
+    assert near.surface == far.surface
 
 
 def test_a_gear_whose_teeth_would_skip_is_refused(robot, known, plan):

@@ -23,7 +23,7 @@ TARGET = math.radians(25.0)
 
 def test_legs_that_do_not_reach_far_enough_to_stop_are_named(robot, known):
     """The refusal names distance and reach, not an infinite margin."""
-    request = PlanRequest(TARGET, restitution=0.0, run_up="zmp_limited")
+    request = PlanRequest(math.radians(26.0), restitution=0.0, run_up="zmp_limited")
     with pytest.raises(PostureUnreachable, match="mm past the nominal contact") as caught:
         plan_impact(request, known, robot, PlannerSettings(
             post_duration=2.0, com_inside_edge=0.01, missed_reserve=-1.0))

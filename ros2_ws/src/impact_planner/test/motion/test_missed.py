@@ -60,7 +60,6 @@ def test_a_fast_hit_is_planned_with_the_com_further_inside(robot):
 
 @pytest.mark.parametrize(("degrees", "door", "run_up", "reserve", "warning"), [
     (30.0, "paper", "mcv50", (0.03, np.inf), ""),
-    (40.0, "size3", "zmp_limited", (0.0, 0.03), "may fall"),
     (40.0, "size4", "zmp_limited", (-np.inf, 0.0), "misses the door falls")])
 def test_a_plan_that_does_not_leave_the_reserve_says_so(
         robot, degrees, door, run_up, reserve, warning):

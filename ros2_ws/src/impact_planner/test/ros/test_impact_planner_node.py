@@ -16,13 +16,10 @@ from door_impact_msgs.srv import PlanDoorImpact
 from door_model.door.config import load_door
 from impact_planner.ros.impact_planner_node import ImpactPlanner, main
 from impact_planner.task.known_door import KnownDoor
-from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.task import Future
 from std_srvs.srv import Trigger
-from unique_identifier_msgs.msg import UUID
 
 Answer = PlanDoorImpact.Response
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -38,10 +35,6 @@ class Rig:
         self.client = self.other.create_client(PlanDoorImpact, "/plan_door_impact")
         self.reports = self.other.create_publisher(HitReport, "/hit_report", 10)
         self.forgetting = self.other.create_client(Trigger, "/forget_hits")
-        self.goals = ActionClient(self.other, ExecuteDoorImpact, "/execute_door_impact")
-        self.server = ActionServer(
-            self.other, ExecuteDoorImpact, "/execute_door_impact", self._execute)
-        self.may_end = Future()
         self.plans: list[ImpactPlan] = []
         self.other.create_subscription(ImpactPlan, "/door_impact_plan", self.plans.append, LATCHED)
         self.executor = SingleThreadedExecutor()
@@ -73,12 +66,6 @@ class Rig:
         self.until(future.done)
         return future.result()
 
-    async def _execute(self, goal: Any) -> Any:
-        """Execute a goal until it may end."""
-        await self.may_end
-        goal.succeed()
-        return ExecuteDoorImpact.Result()
-
     def report(self, plan: Any, share: float, **fields: Any) -> None:
         """Publish a report of a hit that opened the door to a share of the desired angle."""
         self.reports.publish(HitReport(**{
@@ -86,22 +73,6 @@ class Rig:
             "peak_angle": share * plan.desired_opening_angle,
             "switch_latency": plan.switch_time - plan.contact_time, "v_rb_post": math.nan,
             **fields}))
-
-    def run(self) -> UUID:
-        """Execute a goal without a report, and return its identifier after its end."""
-        self.may_end = Future()
-        sent = self.goals.send_goal_async(ExecuteDoorImpact.Goal())
-        self.until(sent.done)
-        goal, seen = sent.result(), self.node._learner._reports._goals
-        self.until(lambda: bytes(goal.goal_id.uuid) in seen)
-        self.may_end.set_result(None)
-        self.until(goal.get_result_async().done)
-        self.until(lambda: seen[bytes(goal.goal_id.uuid)].end is not None)
-        return goal.goal_id
-
-    def hit(self, plan: Any, share: float, **fields: Any) -> None:
-        """Execute a goal, and report its hit."""
-        self.report(plan, share, goal_id=self.run(), **fields)
 
 
 @contextmanager
@@ -111,12 +82,10 @@ def running(*parameters: str) -> Iterator[Rig]:
     made = Rig()
     try:
         made.until(lambda: made.client.service_is_ready() and made.forgetting.service_is_ready()
-                   and made.goals.server_is_ready() and made.reports.get_subscription_count() > 0)
+                   and made.reports.get_subscription_count() > 0)
         yield made
     finally:
         made.executor.shutdown()
-        made.server.destroy()
-        made.goals.destroy()
         made.node.destroy_node()
         made.other.destroy_node()
         rclpy.shutdown()
@@ -210,12 +179,11 @@ def test_a_hit_changes_the_next_plan_outlives_the_node_and_is_forgotten_on_reque
     with running(*parameters) as rig:
         first = rig.plan()
         assert first.learned_hits == 0
-        rig.hit(first, plan_id="another", share=1.1)
-        rig.hit(first, share=math.nan)
-        rig.hit(first, share=1e-3)
-        goal = rig.run()
-        rig.report(first, share=1.1, goal_id=goal)
-        rig.report(first, share=1.1, goal_id=goal)  # the same report again
+        rig.report(first, plan_id="another", share=1.1)
+        rig.report(first, share=math.nan)
+        rig.report(first, share=1e-3)
+        rig.report(first, share=1.1, error_code=ExecuteDoorImpact.Result.STOPPED)
+        rig.report(first, share=1.1)
         rig.until(path.exists)
         second = rig.plan()
         assert second.learned_hits == 1
@@ -224,7 +192,7 @@ def test_a_hit_changes_the_next_plan_outlives_the_node_and_is_forgotten_on_reque
         captured = capfd.readouterr()
         log = captured.out + captured.err
         assert log.count("nothing was learned from the hit of plan") == 4
-        rig.hit(first, share=1.1)  # it is no longer the last plan
+        rig.report(first, share=1.1)  # it is no longer the last plan
     with running(*parameters) as rig:
         again = rig.plan()
         assert (again.plan_id, again.learned_hits) == (second.plan_id, 1)

@@ -7,10 +7,10 @@ import pytest
 from humanoid_motion.clearance import LeafCourse, bodies_of
 from humanoid_motion.leaf import LeafFrame
 from walking.errors import PassageInfeasible, WalkInfeasible
-from walking.execution.sections import rest_after
 from walking.passing.passage import plan_passage
 from walking.passing.settings import PassageSettings, Way
 from walking.passing.yielding import yielded
+from walking.pattern.sections import rest_after
 
 SETTINGS = PassageSettings()
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from door_impact_common.driver.samples import ImuSample, Measured
 from hrp2_description.robot import SIDES
 from humanoid_motion.kinematics import planar_pose
+from humanoid_motion.samples import ImuSample, Measured
 from walking.footsteps.checks import fits
 from walking.footsteps.footstep import other
 from walking.recovery.adaptation import Swing, landings, step_limits

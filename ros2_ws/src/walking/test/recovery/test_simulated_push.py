@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from door_impact_common.driver.samples import Measured
 from door_model.door.config import load_door
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TrajectoryArrays
@@ -29,9 +28,7 @@ def walked(robot, plan, engine, push=None, when=math.inf, **settings):
                 world.push_robot(np.array([*push, 0.0]), 0.1)
                 push = None
             sample = world.step()
-            measured = Measured(sample.position, sample.velocity, sample.imu,
-                                sample.left_wrench, sample.right_wrench)
-            time = sample.time - origin
+            measured, time = sample.measured, sample.time - origin
             seen = watch(robot, plan, time, measured, before=seen)
             new = recover(robot, plan, time, measured, previous=found, seen=seen)
             if new is not None:

@@ -15,10 +15,10 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
-from door_impact_common.driver.samples import ImuSample, Measured
 from hrp2_description.robot import SIDES, needed
 from humanoid_motion.kinematics import planar_pose
 from humanoid_motion.robot_model import RobotModel
+from humanoid_motion.samples import ImuSample, Measured
 
 from walking.footsteps.footstep import Pose, Stance, as_array, other, wrapped
 from walking.pattern.course import Course, central

@@ -1,1 +1,0 @@
-"""What every node that moves the robot needs of its driver's topics: checks, ages, messages."""

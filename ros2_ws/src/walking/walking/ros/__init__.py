@@ -1,1 +1,0 @@
-"""The node walker: walks as the action /walk."""

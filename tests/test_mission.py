@@ -1,0 +1,78 @@
+"""The mission of the node motion_server, before the kinematic double of a driver."""
+
+import math
+
+import numpy as np
+import pytest
+from door_impact_evaluation.run.driver_link import DriverLink
+from door_impact_evaluation.run.rehearsal import planned
+from door_model.door.config import load_door
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.settings import configured_placement
+from kinematic_robot import KinematicRobot, Leaf
+from motion_execution.mission.link import HitRequest
+from motion_execution.mission.mission import HIT, PASSAGE, WALK
+from motion_execution.mission.order import Order
+from motion_execution.mission.passing import Passed
+from motion_execution.mission.ways import Wanted
+from motion_execution.walk.goal import WalkGoal
+from reference_door import ReferenceDoor
+from robot_driver.motion import Outcome
+from walking.errors import InvalidGoal, NotReady
+from walking.footsteps.footstep import Pose
+
+LONGEST = 30.0  # [s]
+
+
+@pytest.fixture
+def link() -> DriverLink:
+    """Before a door that answers the hit to 25 deg as it is planned."""
+    door, place, robot = load_door("paper"), configured_placement(), RobotModel(load_robot_config())
+    known = KnownDoor.configured(door)
+    plan = planned(robot, known, 25.0, "mcv50", "hold")
+    linkage = {name: getattr(door.linkage, name) for name in ("l", "l1", "l2", "l3", "theta_i0")}
+    leaf = Leaf(ReferenceDoor(door.i_a, door.c_c, door.k_c, door.tau_c0_prime, linkage=linkage),
+                np.array([place["hinge_x"], -place["door_distance"]]), door.leaf.width,
+                plan.effective_mass, plan.apparent_restitution)
+    return DriverLink(KinematicRobot(leaf), robot, known)
+
+
+def test_a_hit_opens_the_door_and_nothing_else_begins_meanwhile(link: DriverLink) -> None:
+    plan = link.plan_hit(HitRequest(math.radians(25.0), "hold", "", -1.0, -1.0)).result()
+    other = []
+
+    def walk(_: object) -> None:
+        if link.mission.body.motion is not None and not other:
+            other.append(link.mission.run(
+                link.mission.walk(WalkGoal(Pose(1.0, 0.0, 0.0)), Order(WALK))))
+
+    link.watches.append(walk)
+    hit = link.run(link.mission.hit(plan, Order(HIT)), LONGEST)
+    assert (hit.outcome, hit.reason) == (Outcome.SUCCESS, "")
+    assert math.degrees(hit.measured.peak_angle) == pytest.approx(25.0, abs=3.0)
+    with pytest.raises(NotReady, match="hit is being executed"):
+        other[0].result()
+    assert not link.refused
+
+
+def test_a_walk_that_is_stopped_ends_standing_before_its_goal(link: DriverLink) -> None:
+    walk = link.mission.run(link.mission.walk(WalkGoal(Pose(0.2, 0.0, 0.0)), Order(WALK)))
+    while link.mission.body.motion is None:
+        link.step()
+    assert "stands on two feet" in link.mission.stop()
+    while not walk.done:
+        link.step()
+    assert walk.result().outcome is Outcome.STOPPED
+    assert walk.result().steps_made(math.inf) == 0
+    assert link.mission.stop() == ""
+
+
+def test_an_angle_that_makes_no_sense_is_refused_before_anything_is_planned(
+        link: DriverLink) -> None:
+    for angle in (math.nan, 0.0, 2.0):
+        with pytest.raises(InvalidGoal, match="hit_angle"):
+            link.run(link.mission.pass_door(
+                Wanted(hit_angle=angle), Order(PASSAGE), Passed()), LONGEST)
+    assert not link.plans
