@@ -44,7 +44,7 @@ ENCODER_BATCH = 20  # samples in a message, which makes 50 messages per second
 CLOCK_TICKS = 4  # ticks between two messages on /clock, which every node reads: 50 per second
 DIAGNOSTICS_TICKS = 40  # ticks between two diagnostics, which makes 5 per second
 TICK_NS = round(TICK * 1e9)
-_LONGEST_LAG = 0.2  # largest delay of the simulation that is made up for afterwards [s]
+_LONGEST_LAG = 0.02  # largest delay that is made up for: in a hurry, nodes would be late [s]
 _SHUT = math.radians(0.2)  # angle up to which the door counts as shut [rad]
 
 

@@ -180,9 +180,8 @@ class Mission:
         with self._carried_out(order, but=(HIT, WALK)):
             return await self._passing.plan(wanted, order)
 
-    @contextmanager
-    def _carried_out(self, order: Order, but: Sequence[str]) -> Iterator[None]:
-        """Carry out an order, if no other order moves the robot but for actions that do not matter.
+    def require_free(self, order: Order, but: Sequence[str] = ()) -> None:
+        """Check that no other order moves the robot, but for actions that do not matter.
 
         Raises:
             NotReady: Another order moves the robot.
@@ -191,6 +190,11 @@ class Mission:
         if other is not None:
             raise NotReady(f"{_BUSY[other.action]}: {order.action} begins when that has ended",
                            quantity="action", value=other.action)
+
+    @contextmanager
+    def _carried_out(self, order: Order, but: Sequence[str]) -> Iterator[None]:
+        """Carry out an order; errors are those of `require_free`."""
+        self.require_free(order, but)
         if not self._orders and not self._always:
             self._link.listen(on=True)
         self._orders.append(order)

@@ -163,6 +163,7 @@ class MotionServer(GuardedNode):
     async def _hit(self, handle: Any, order: Order) -> Any:
         goal = handle.request
         try:
+            self._mission.require_free(order)
             plan = self._link.hit_plan(goal.plan_id)
             execution = await self._done(self._mission.hit(
                 plan, order, probe=hit_messages.probe_of(goal.probe),
