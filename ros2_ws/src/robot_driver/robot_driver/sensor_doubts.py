@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
@@ -39,6 +39,12 @@ def doubts(robot: RobotModel, samples: Sequence[Measured]) -> list[Doubt]:
     load = list(_load(robot, samples))
     upright = [] if load else list(_legs(robot, samples[-1]))
     return [*_speeds(robot, samples), *load, *_gyro(samples), *(list(_imu(samples)) or upright)]
+
+
+def grave(found: Iterable[Doubt]) -> tuple[str, float] | None:
+    """Return the first doubt with which no motion may begin, as a sentence and a value, if any."""
+    return next(((f"{doubt.topic}: {doubt.text}", doubt.value) for doubt in found
+                 if doubt.grave), None)
 
 
 def _speeds(robot: RobotModel, samples: Sequence[Measured]) -> Iterator[Doubt]:

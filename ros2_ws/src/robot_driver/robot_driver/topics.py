@@ -18,15 +18,15 @@ from door_impact_common.stamps import seconds
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.mirror import Straight
-from humanoid_motion.samples import Doubt, Measured
+from humanoid_motion.robot_model import RobotModel
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
 
 from robot_driver.freshness import Freshness
-from robot_driver.inputs import ENOUGH, Inputs
-from robot_driver.intake import Arrival, Plausible, present
+from robot_driver.inputs import Inputs
+from robot_driver.intake import Arrival, present
 from robot_driver.messages import (
     diagnostics,
     imu_sample,
@@ -43,6 +43,8 @@ from robot_driver.names import (
     TRAJECTORY,
     WRENCHES,
 )
+from robot_driver.ranges import joint_ranges
+from robot_driver.sensor_doubts import doubts, grave
 
 WATCH_PERIOD = 0.05  # time between two checks that messages arrive [s]
 DIAGNOSTICS_PERIOD = 1.0  # time between two messages on /diagnostics [s]
@@ -183,13 +185,9 @@ class RobotTopics(SensorTopics):
 
     Args:
         node: Node that subscribes.
-        joint_names: Joints in the robot's order.
-        joints: What their positions and speeds can be.
+        robot: The robot.
         parameters: Parameters of the node with the names in `SILENCE`.
         after: Function that gets the stamp of an event [s] and the commands that follow from it.
-        judge: Function that finds the doubts about complete samples of a robot at rest.
-        door: Whether the door's angle is read, too.
-        hand: Whether the force on the right hand is read, too, if the driver has it.
         further: Type, name and handler of topics that are only passed on, as they are.
         sight: How robot and door are seen; topics have the names that they have in it.
 
@@ -199,25 +197,21 @@ class RobotTopics(SensorTopics):
     """
 
     def __init__(
-        self, node: GuardedNode, joint_names: Sequence[str], joints: Plausible,
-        parameters: Parameters, after: Callable[[float, Sequence[Command]], None],
-        judge: Callable[[Sequence[Measured]], Sequence[Doubt]], *,
-        door: bool = False, hand: bool = False,
+        self, node: GuardedNode, robot: RobotModel, parameters: Parameters,
+        after: Callable[[float, Sequence[Command]], None], *,
         further: Sequence[tuple[Any, str, Callable[[Any], None]]] = (),
         sight: Straight | None = None,
     ) -> None:
-        self._judge = judge
-        watched = [JOINTS, IMU, *([DOOR] if door else []), *([HAND] if hand else [])]
-        self.freshness, silence = self._watches = tuple(
-            Freshness(watched, parameters.number(name), WATCH_PERIOD, optional=[HAND])
-            for name in ("stale_after", "silent_after"))
-        super().__init__(node, joint_names, Inputs(joints, self.freshness, silence), after,
-                         sight=sight)
+        self._robot = robot
+        self.freshness, silence = (
+            Freshness((JOINTS, IMU, DOOR, HAND), parameters.number(name), WATCH_PERIOD,
+                      optional=[HAND]) for name in ("stale_after", "silent_after"))
+        super().__init__(
+            node, robot.joint_names, Inputs(joint_ranges(robot), self.freshness, silence), after,
+            sight=sight)
         self.zmp: tuple[float, Array] | None = None
-        if door:
-            self._handlers[DOOR] = (JointState, self._on_door)
-        if hand:
-            self._handlers[HAND] = (WrenchStamped, self._on_hand)
+        self._handlers[DOOR] = (JointState, self._on_door)
+        self._handlers[HAND] = (WrenchStamped, self._on_hand)
         self._further = [(PointStamped, "zmp", self._on_zmp), *further]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -230,17 +224,6 @@ class RobotTopics(SensorTopics):
         super().start()
         self._subscriptions += [
             self._node.create_subscription(*topic, _QUEUE) for topic in self._further]
-
-    def needs(self, topics: Sequence[str]) -> None:
-        """Set the topics whose silence ends the present motion."""
-        for watch in self._watches:
-            watch.needed = topics
-
-    def complete(self, topics: Sequence[str]) -> bool:
-        """Return whether messages have arrived on topics, for `ENOUGH` on joint states."""
-        joints = self.inputs.joints
-        return (self.freshness.complete(topics) and joints is not None
-                and joints[0] - self.inputs.since >= ENOUGH)
 
     def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
         """Find why no motion can begin: missing or old messages, or sensors that contradict.
@@ -261,11 +244,10 @@ class RobotTopics(SensorTopics):
         if stale is not None:
             topic, text, value = stale
             return text + self.cause(topic), value
-        found = self._judge(self.inputs.recent)
+        found = doubts(self._robot, self.inputs.recent)
         for doubt in found:
             log.warning(f"{doubt.topic}: {doubt.text}")
-        return next(((f"{doubt.topic}: {doubt.text}", doubt.value) for doubt in found
-                     if doubt.grave), None)
+        return grave(found)
 
     def _on_door(self, message: JointState, arrival: Arrival) -> Sequence[Command]:
         if not (message.position and message.velocity):

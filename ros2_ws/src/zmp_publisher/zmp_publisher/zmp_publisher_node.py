@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.parameters import FRAME_PREFIX, Parameters
 from door_impact_common.stamps import NANOSECONDS, stamp_of
 from door_model.door.config import hinge_of
 from door_model.door.geometry import before
@@ -42,7 +42,7 @@ from zmp_publisher.zmp_estimator import ZmpEstimator, ZmpReading
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
     "world_frame": ("odom", "frame of all published positions, and parent of base_link in /tf"),
-    "frame_prefix": ("", "put before the name of every frame that is published"),
+    "frame_prefix": FRAME_PREFIX,
     "robot_start": (
         [0.0, 0.0, 0.0],
         "where the robot stands at first, and after a reset: x [m], y [m] and heading [rad] of the "

@@ -66,7 +66,6 @@ class Passed:
         began: When the planning of its first motion began, by the robot's clock [s].
         way: The last way that was planned.
         hit: The hit that opened the door; None if there was none.
-        reaching: The hand's motion to the closed leaf; None if there was none.
         passage: The passage itself; None if it has not begun.
         message: What has happened, for users; empty before the end.
     """
@@ -74,7 +73,6 @@ class Passed:
     began: float = math.nan
     way: Way | None = None
     hit: Execution | None = None
-    reaching: Reaching | None = None
     passage: Passage | None = None
     message: str = ""
 
@@ -226,7 +224,7 @@ class Passing:
         """
         if wanted.hit_angle >= 0.0 or wanted.opening:
             return None
-        left, last = self._left, self._ways.last_hit
+        left, last = self._left, self._link.last_hit
         held: list[tuple[str, Hold, PassagePlan | None]] = [] if left is None else [
             (left.door, left.hold, left.passage)]
         if last is not None:
@@ -258,7 +256,7 @@ class Passing:
                 MotionFailed.check(passed.hit, "no passage follows the hit: ")
         elif not wanted.dry_run:
             assert way.opening.push is not None, "the leaf is held"
-            await self._reach(way, way.opening.push, order, passed)
+            await self._reach(way, way.opening.push, order)
         if wanted.dry_run:
             return way
         order.tell(self.progress(order))
@@ -271,12 +269,12 @@ class Passing:
                 value=error.value, limit=error.limit) from error
         return replace(way, passage=plan)
 
-    async def _reach(self, way: Way, push: Push, order: Order, passed: Passed) -> None:
+    async def _reach(self, way: Way, push: Push, order: Order) -> None:
         """Put the hand on the closed leaf."""
-        passed.reaching = Reaching(self._body.model, push.reach)
-        await self._begin(way, passed.reaching, order)
+        reaching = Reaching(self._body.model, push.reach)
+        await self._begin(way, reaching, order)
         await self._body.ended(order)
-        MotionFailed.check(passed.reaching)
+        MotionFailed.check(reaching)
 
     def _found(self, hold: Hold) -> PassageTask:
         """Return the passage from where the robot has its hand on the leaf, as it is measured.
@@ -285,20 +283,19 @@ class Passing:
             NotReady: Messages are missing or old, the robot moves, or it does not hold the leaf.
         """
         standing, soles = self._body.require_still(TOPICS), self._body.soles()
-        inputs = self._body.inputs
         assert soles is not None
-        return hold.found(
-            standing.position, soles, inputs.door_angle, self._body.commanded, standing.attitude)
+        return hold.found(standing.position, soles, self._body.inputs.door_angle,
+                          self._body.commanded, standing.attitude)
 
     # -- the walk up ----------------------------------------------------------------------------
 
     def _door(self) -> Pose:
         """Return where the door stands in odom; errors are those of `Link.door_pose`."""
-        return self._link.door_pose() or self._survey
+        return self._link.door_pose(-self._survey.x) or self._survey
 
     def _site(self) -> Site:
         """Return where a hit is to begin; errors are those of `Link.door_pose`."""
-        told = self._link.door_pose()
+        told = self._link.door_pose(-self._survey.x)
         return Site(hit_start(told or self._survey, self._survey), certain=told is None)
 
     def _middle(self) -> Pose:
@@ -342,7 +339,7 @@ class Passing:
             if wanted.dry_run:
                 return site
             await self._body.rest(AFTER_WALK, order)
-        told, middle = self._link.door_pose(), self._middle()
+        told, middle = self._link.door_pose(-self._survey.x), self._middle()
         axes, certain = hit_start(told or self._survey, self._survey), told is None and not walks
         if certain and within(middle, axes, SURVEYED):
             return site
@@ -380,7 +377,8 @@ class Passing:
 
     def _ended(self, way: Way, passage: Passage, passed: Passed) -> None:
         """Keep where a stopped passage has left the leaf, and say how a passage has ended."""
-        if math.isnan(passage.release_angle) and passage.outcome is Outcome.STOPPED:
+        if math.isnan(passage.release_angle) and passage.outcome in (
+                Outcome.STOPPED, Outcome.LEAF_LOST):
             assert self._body.commanded is not None  # by the passage
             self._left = replace(way, hold=replace(
                 way.hold, stance=passage.stance, joints=self._body.commanded))

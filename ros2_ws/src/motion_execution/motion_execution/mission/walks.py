@@ -15,7 +15,7 @@ from walking.pattern.walk_plan import WalkPlan
 from motion_execution.mission.body import PATIENCE, Body
 from motion_execution.mission.errors import Replaced
 from motion_execution.mission.link import Link
-from motion_execution.mission.order import Order
+from motion_execution.mission.order import Order, result_of
 from motion_execution.mission.routine import until
 from motion_execution.walk.goal import WalkGoal, plan_goal
 from motion_execution.walk.guard import Guard
@@ -123,9 +123,8 @@ class Walks:
 
     async def _planned(self, goal: WalkGoal, order: Order) -> WalkPlan:
         """Plan the walk from where the robot stands, when it is known that it stands there."""
-        pending = self._link.compute(plan_goal, self.state(), goal, self._settings)
-        await self._body.wait(pending.done, math.inf, order)
-        plan: WalkPlan = pending.result()
+        plan: WalkPlan = await result_of(
+            self._link.compute(plan_goal, self.state(), goal, self._settings), order)
         await self._body.caught_up(order)
         joints = self._body.inputs.joints
         if joints is None:

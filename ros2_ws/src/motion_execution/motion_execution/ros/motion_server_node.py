@@ -15,7 +15,6 @@ from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import ExecuteDoorImpact, Walk, WalkThroughDoor
 from door_impact_msgs.msg import HitReport
 from door_impact_msgs.srv import PlanDoorPassage
-from humanoid_motion.robot_model import RobotModel
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.clock import Clock, ClockType
 from rclpy.task import Future
@@ -65,13 +64,12 @@ class MotionServer(GuardedNode):
             raise SettingError("hand_stiffness [N/m]", stiffness, f"0, or within {STIFFNESSES}")
         self._link = RosLink(self, self._after)
         self._mission = Mission(
-            RobotModel(self._link.config), self._link,
+            self._link.model, self._link,
             Pose(given.value("hinge_x"), -given.value("door_distance"), 0.0),
             PassageSettings(hand_stiffness=stiffness or math.inf),
             ExecutionSettings(felt_force=given.number("felt_force"),
                               contact_deceleration=given.number("contact_deceleration")),
             recover=given.switch("recover_standing"))
-        self._link.tells(self._mission.ways)
         self._reports = self.create_publisher(HitReport, "hit_report", 10)
         self._orders: dict[bytes, Order] = {}  # of the goals under way, by their identifiers
         self._accepted: set[str] = set()  # actions that take no further goal now
@@ -192,7 +190,7 @@ class MotionServer(GuardedNode):
             else:
                 walk = await self._done(self._mission.walk(goal, order))
                 steps = walk.steps_made(self._link.now())
-                code, text = walk_messages.CODES[walk.outcome], (
+                code, text = hit_messages.code_of(walk_messages.Result, walk.outcome), (
                     walk.reason or f"the robot made {steps} steps and stands at the goal")
         except DoorImpactError as error:
             code, text = walk_messages.error_code(error), str(error)

@@ -17,7 +17,6 @@ from door_model.door.geometry import before
 from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from geometry_msgs.msg import Pose as PoseMessage
 from hrp2_description.robot import SIDES, RobotConfig
-from robot_driver.motion import Outcome
 from visualization_msgs.msg import Marker, MarkerArray
 from walking.errors import InvalidFootsteps
 from walking.footsteps.footstep import Footstep, Pose, other
@@ -26,12 +25,6 @@ from motion_execution.walk.goal import WalkGoal
 
 ODOM = "odom"
 Result = WalkAction.Result
-CODES = {
-    Outcome.SUCCESS: Result.NONE,
-    Outcome.STOPPED: Result.STOPPED,
-    Outcome.FELL: Result.FELL,
-    Outcome.NOT_FOLLOWED: Result.DRIVER_REFUSED,
-}
 _UPRIGHT = 0.05  # largest tilt of a pose on the floor [rad], and error of a quaternion's length
 _THICK = 0.004  # height of a footstep's marker [m]
 _COLOURS = {"left": BLUE, "right": ORANGE}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -32,7 +32,6 @@ class Walk(Stepping):
         settings: Thresholds.
         onward: Function that plans how the walk goes on after a push has changed its steps and the
             robot stands again; None ends the walk there.
-        free: Columns of joints that the driver may move away from the walk.
 
     Raises:
         DoorImpactError: The walk cannot begin: the robot could not come to rest before it.
@@ -41,10 +40,10 @@ class Walk(Stepping):
     def __init__(
         self, robot: RobotModel, plan: WalkPlan, pattern: WalkSettings | None = None,
         settings: ExecutionSettings | None = None,
-        onward: Callable[[], WalkPlan] | None = None, free: Sequence[int] = (),
+        onward: Callable[[], WalkPlan] | None = None,
     ) -> None:
         super().__init__(
-            robot, plan, pattern or WalkSettings(), settings or ExecutionSettings(), free)
+            robot, plan, pattern or WalkSettings(), settings or ExecutionSettings())
         self._onward = onward
         self._restarts = 0
         # Boundary beyond which no step is sent while others are planned, and the plan it is of.

@@ -126,6 +126,15 @@ def test_a_passage_that_was_stopped_goes_on_from_the_held_leaf(world):
     assert last.y < world.task.doorway.far_face
 
 
+def test_a_lost_leaf_ends_the_passage_standing_where_the_next_goal_can_go_on(world):
+    world.off = lambda since: math.radians(20.0) * (since > 3.0)
+    routine, _, passed = world.begin()
+    world.until(lambda: routine.done)
+    assert passed.passage.outcome is Outcome.LEAF_LOST, passed.message
+    assert "the leaf is lost" in passed.message
+    assert world.mission._passing._left.passage is passed.passage.passage
+
+
 def test_a_robot_elsewhere_walks_up_and_passes_from_where_it_really_stands(world):
     """Hit and passage are planned anew there."""
     world.place = Pose(-1.2, 1.6, 0.5)
