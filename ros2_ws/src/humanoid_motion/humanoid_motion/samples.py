@@ -53,7 +53,7 @@ class Measured:
     imu: ImuSample
     left_wrench: Array
     right_wrench: Array
-    time: float = 0.0
+    time: float
 
 
 @dataclass(frozen=True)
