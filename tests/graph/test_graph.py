@@ -1,8 +1,6 @@
 """The running graph at work, by the `ros2` command and by a node of the user's own."""
 
 import math
-import os
-import signal
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -162,19 +160,6 @@ def test_a_dry_run_succeeds_and_a_goal_that_makes_no_sense_is_aborted(
     assert max(np.abs(np.array(m.position) - rest).max() for m in heard) < STILL
 
 
-@contextmanager
-def frozen(graph: Any) -> Iterator[None]:
-    """The simulation, its clock included, stands still meanwhile."""
-    bridges = graph.simulations()
-    for pid in bridges:
-        os.kill(pid, signal.SIGSTOP)
-    try:
-        yield
-    finally:
-        for pid in bridges:
-            os.kill(pid, signal.SIGCONT)
-
-
 @pytest.mark.parametrize("how", ["/sim/reset", "a simulation that hangs"])
 def test_what_ends_the_only_motion(graph: Any, plan: ImpactPlan, how: str) -> None:
     """Of two goals at once one runs; after its end the executor takes a goal again."""
@@ -188,7 +173,7 @@ def test_what_ends_the_only_motion(graph: Any, plan: ImpactPlan, how: str) -> No
             assert graph.call(Trigger, how).success
             ended = graph.result(future).result
         else:  # its silence is measured by the computer's steady clock
-            with frozen(graph):
+            with graph.frozen("hrp2_sim_bridge"):
                 ended = graph.result(future).result
             assert "no message has arrived on " in ended.message
         assert ended.error_code == ExecuteDoorImpact.Result.STOPPED, ended.message

@@ -11,6 +11,7 @@ DOOR = "door_angle"
 WRENCHES = {side: f"{side}_foot/wrench" for side in ("left", "right")}
 HAND = "right_wrist/wrench"
 TRAJECTORY = "joint_trajectory"
+HANDLED = "sim/handled"  # to a simulation alone
 
 COMMANDERS = ("motion_server",)
 """Nodes that send trajectories."""

@@ -14,7 +14,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from door_impact_common.arrays import Array
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
-from door_impact_common.stamps import seconds
+from door_impact_common.stamps import seconds, stamp_of
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.mirror import Straight
@@ -23,6 +23,7 @@ from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Header
 
 from robot_driver.freshness import Freshness
 from robot_driver.inputs import Inputs
@@ -38,6 +39,7 @@ from robot_driver.names import (
     COMMANDERS,
     DOOR,
     HAND,
+    HANDLED,
     IMU,
     JOINTS,
     TRAJECTORY,
@@ -70,7 +72,10 @@ class SensorTopics:
 
     Attributes:
         inputs: The measurements.
+        waited_for: Whether a simulation waits until this node has handled its messages.
     """
+
+    waited_for = False
 
     def __init__(
         self, node: GuardedNode, joint_names: Sequence[str], inputs: Inputs,
@@ -127,7 +132,8 @@ class SensorTopics:
     ) -> Any:
         def callback(message: Any, info: dict[str, Any]) -> None:
             stamp, sent = seconds(message.header.stamp), info["source_timestamp"]
-            underway = 1e-9 * (time.time_ns() - sent) if sent else 0.0
+            # A simulation that waits for this node is not ahead of what its clock says.
+            underway = 0.0 if self.waited_for or not sent else 1e-9 * (time.time_ns() - sent)
             self._newest = present(self._clock(), self._newest, stamp)
             with self._ends_the_motion():
                 self._after(stamp, handle(
@@ -171,7 +177,7 @@ class SensorTopics:
 
     def _clock_went_back(self, _: Any) -> None:
         """Give up the motion: after a reset of the simulation its times mean nothing any more."""
-        self._newest = -math.inf
+        self._newest = self._told = -math.inf
         self.inputs.forget()
         self._after(-math.inf, [])
 
@@ -207,12 +213,15 @@ class RobotTopics(SensorTopics):
             Freshness((JOINTS, IMU, DOOR, HAND), parameters.number(name), WATCH_PERIOD,
                       optional=[HAND]) for name in ("stale_after", "silent_after"))
         super().__init__(
-            node, robot.joint_names, Inputs(joint_ranges(robot), self.freshness, silence), after,
-            sight=sight)
+            node, robot.joint_names, Inputs(joint_ranges(robot), self.freshness, silence),
+            self._sent, sight=sight)
+        self._send = after
         self.zmp: tuple[float, Array] | None = None
         self._handlers[DOOR] = (JointState, self._on_door)
         self._handlers[HAND] = (WrenchStamped, self._on_hand)
         self._further = [(PointStamped, "zmp", self._on_zmp), *further]
+        self._handled = node.create_publisher(Header, HANDLED, _QUEUE)
+        self._told = -math.inf  # stamp that was told there last [s]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(WATCH_PERIOD, partial(self._watch, self.freshness))
@@ -224,6 +233,21 @@ class RobotTopics(SensorTopics):
         super().start()
         self._subscriptions += [
             self._node.create_subscription(*topic, _QUEUE) for topic in self._further]
+
+    def stop(self) -> None:
+        """Unsubscribe, and let a simulation go on by itself."""
+        super().stop()
+        self._told = -math.inf
+        self._handled.publish(Header())
+
+    def _sent(self, stamp: float, commands: Sequence[Command]) -> None:
+        """Send what follows from an event; then tell a simulation how far this node has come."""
+        self._send(stamp, commands)
+        handled = self.freshness.handled()
+        if handled > self._told:
+            self._told = handled
+            self.waited_for = self._handled.get_subscription_count() > 0
+            self._handled.publish(Header(stamp=stamp_of(round(1e9 * handled))))
 
     def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
         """Find why no motion can begin: missing or old messages, or sensors that contradict.
