@@ -20,7 +20,7 @@ from motion_execution.mission.ways import Wanted
 from motion_execution.walk.goal import WalkGoal
 from reference_door import ReferenceDoor
 from robot_driver.motion import Outcome
-from walking.errors import InvalidGoal, NotReady
+from walking.errors import InvalidGoal, NotReady, WalkInfeasible
 from walking.footsteps.footstep import Pose
 
 LONGEST = 30.0  # [s]
@@ -54,6 +54,22 @@ def test_a_hit_opens_the_door_and_nothing_else_begins_meanwhile(link: DriverLink
     assert math.degrees(hit.measured.peak_angle) == pytest.approx(25.0, abs=3.0)
     with pytest.raises(NotReady, match="hit is being executed"):
         other[0].result()
+    assert not link.refused
+
+
+def test_a_walk_after_a_hit_folds_the_arm_and_lets_the_leaf_go(link: DriverLink) -> None:
+    """The robot arrives in half-sitting, and the door is shut; through it no way leads."""
+    plan = link.plan_hit(HitRequest(math.radians(25.0), "hold", "", -1.0, -1.0)).result()
+    link.run(link.mission.hit(plan, Order(HIT)), LONGEST)
+    joints = link.inputs.joints
+    assert joints is not None
+    assert link.robot.folded_by(joints[1]) > 1.0
+    with pytest.raises(WalkInfeasible, match="in the way after"):
+        link.run(link.mission.walk(WalkGoal(Pose(0.0, -2.0, 0.0)), Order(WALK)), LONGEST)
+    walk = link.run(link.mission.walk(WalkGoal(Pose(0.2, 0.0, 0.0)), Order(WALK)), LONGEST)
+    assert (walk.outcome, walk.reason) == (Outcome.SUCCESS, "")
+    assert link.robot.folded_by(link.inputs.joints[1]) < 0.01
+    assert link.inputs.door_angle == pytest.approx(0.0, abs=0.01)
     assert not link.refused
 
 

@@ -25,7 +25,6 @@ from walking.passing.approach import (
     SURVEYED,
     Site,
     arrived,
-    hit_start,
     require_arrived,
     require_way,
     within,
@@ -38,6 +37,7 @@ from walking.passing.settings import PassageSettings
 
 from motion_execution.hit.execution import Execution
 from motion_execution.mission.body import PATIENCE, STANDING, Body
+from motion_execution.mission.door_place import DoorPlace
 from motion_execution.mission.errors import MotionFailed
 from motion_execution.mission.hits import Hits
 from motion_execution.mission.link import Link
@@ -106,16 +106,16 @@ class Passing:
         hits: Executes hits.
         walks: Executes walks.
         settings: Settings of the passage.
-        survey: The door as it is to be seen from where a hit begins.
+        place: Where the door stands.
     """
 
     def __init__(
         self, body: Body, link: Link, ways: Ways, hits: Hits, walks: Walks,
-        settings: PassageSettings, survey: Pose,
+        settings: PassageSettings, place: DoorPlace,
     ) -> None:
         self._body, self._link, self._ways = body, link, ways
         self._hits, self._walks = hits, walks
-        self._settings, self._survey = settings, survey
+        self._settings, self._place = settings, place
         self._left: Way | None = None  # on which a passage has ended with the hand on the leaf
         self._yields = False  # whether the right hand was told to yield
         self._way: Way | None = None  # of the order under way
@@ -165,7 +165,7 @@ class Passing:
         """
         await self._ready(wanted, order)
         return (await self._held(wanted, order)
-                or await self._ways.plan(wanted, self._site(), order))
+                or await self._ways.plan(wanted, self._place.site(), order))
 
     def yield_hand(self, motion: Motion, now: float) -> None:
         """Let the right hand yield, or make it stiff, as a motion wants it at a time [s]."""
@@ -204,9 +204,10 @@ class Passing:
             if not (value < 0.0 or _NARROWEST <= value <= _WIDEST):
                 raise InvalidGoal(quantity=f"{name} [rad]", value=value,
                                   limit=f"{_NARROWEST:.3f} to {_WIDEST:.3f}, or negative")
-        if not np.isfinite(self._survey).all():
+        survey = self._place.survey
+        if not np.isfinite(survey).all():
             raise NotReady(quantity="place of the door (door_distance, hinge_x) [m]",
-                           value=tuple(self._survey[:2]), limit="given as parameters")
+                           value=tuple(survey[:2]), limit="given as parameters")
         await self._body.wait(lambda: self._body.heard(TOPICS), PATIENCE, order)
         self._body.standing(TOPICS)  # refuses missing messages before anything is planned
 
@@ -238,7 +239,7 @@ class Passing:
 
     async def _open(self, wanted: Wanted, order: Order, passed: Passed) -> Way:
         """Open the door, and return the way from there; errors as of `go`."""
-        planned = self._site()
+        planned = self._place.site()
         self._require_reachable(planned, walk_up=wanted.walk_up)
         way = await self._ways.plan(wanted, planned, order)
         site = await self._arrive(planned, way.ahead, wanted, order)
@@ -289,15 +290,6 @@ class Passing:
 
     # -- the walk up ----------------------------------------------------------------------------
 
-    def _door(self) -> Pose:
-        """Return where the door stands in odom; errors are those of `Link.door_pose`."""
-        return self._link.door_pose(-self._survey.x) or self._survey
-
-    def _site(self) -> Site:
-        """Return where a hit is to begin; errors are those of `Link.door_pose`."""
-        told = self._link.door_pose(-self._survey.x)
-        return Site(hit_start(told or self._survey, self._survey), certain=told is None)
-
     def _middle(self) -> Pose:
         """Return the middle between the soles; errors are those of `Body.standing`."""
         self._body.standing()
@@ -317,7 +309,7 @@ class Passing:
         if not walk_up:
             require_arrived(middle, site.axes)
         elif not within(middle, site.axes, NEAR):
-            require_way(middle, site.axes, self._door())
+            require_way(middle, site.axes, self._place.pose())
 
     async def _arrive(self, site: Site, ahead: float, wanted: Wanted, order: Order) -> Site:
         """Walk to where a hit begins, unless the robot stands there, and see the door from there.
@@ -339,11 +331,11 @@ class Passing:
             if wanted.dry_run:
                 return site
             await self._body.rest(AFTER_WALK, order)
-        told, middle = self._link.door_pose(-self._survey.x), self._middle()
-        axes, certain = hit_start(told or self._survey, self._survey), told is None and not walks
-        if certain and within(middle, axes, SURVEYED):
+        found, middle = self._place.site(), self._middle()
+        certain = found.certain and not walks
+        if certain and within(middle, found.axes, SURVEYED):
             return site
-        return arrived(axes, middle, self._survey, ahead, certain=certain)
+        return arrived(found.axes, middle, self._place.survey, ahead, certain=certain)
 
     async def _walk_to(self, place: Pose, order: Order, *, dry_run: bool) -> None:
         """Walk to a place in odom; errors as of `_arrive`."""
