@@ -121,7 +121,8 @@ class Walks:
         Raises:
             NotReady: Messages are missing or old, or the robot does not stand still.
         """
-        return start_state(self._body.model, self._body.standing(), self._settings)
+        body = self._body
+        return start_state(body.model, body.standing(), self._settings, body.commanded)
 
     async def _ready(self, order: Order) -> None:
         # After a reset, or when the first goal has just subscribed.

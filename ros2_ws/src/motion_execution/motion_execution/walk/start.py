@@ -46,16 +46,18 @@ class Standing:
 
 
 def start_state(
-    robot: RobotModel, found: Standing, settings: WalkSettings,
+    robot: RobotModel, found: Standing, settings: WalkSettings, commanded: Array | None = None,
 ) -> WalkState:
     """Return the state in which a walk from the present posture begins.
 
     Motors never hold a posture exactly. So that many walks do not add up these errors, an upper
-    body near half-sitting is taken to be in it; only another one, as after a hit, is kept as it is
-    measured.
+    body near half-sitting is taken to be in it; only another one, as after a hit, is kept as it was
+    commanded, so that the driver's reference goes on without a jump.
 
     Args:
         found: What is known of the robot.
+        commanded: Posture in which the last trajectory ends, (J,) [rad]; None, and one that the
+            robot is not in, stand for the measured one.
 
     Raises:
         NotReady: The robot moves, is tilted, or does not stand flat on both feet.
@@ -69,7 +71,10 @@ def start_state(
     upper = untwisted(robot, stance, found.position, settings)
     if robot.folded_by(upper) <= NEAR and abs(height - plain.waist_height) <= LEVEL:
         return plain
-    return resting(robot, stance, found.position, settings, _MISSES)
+    held = found.position
+    if commanded is not None and np.abs(held - commanded).max() <= WALK_START:
+        held = commanded
+    return resting(robot, stance, held, settings, _MISSES)
 
 
 def require_near(robot: RobotModel, first: Array, position: Array) -> None:
