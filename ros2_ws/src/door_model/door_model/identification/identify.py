@@ -51,7 +51,7 @@ _EARLY = math.radians(0.5)  # a swing begins early if it begins this far below t
 _FEW = 4  # fewer swings than this cause a warning
 _SCALE_DOUBT = 0.1  # standard deviation of I_A that causes a warning, relative to I_A
 _ZERO_COUNTS_STD = 0.5  # standard deviation of the encoder's zero [counts]
-_CLOSERS = (4.5, 280.0)  # torque at the shut door [N m]: half of EN 1154's size 1, twice size 7
+_CLOSERS = (4.0, 280.0)  # torque at the shut door [N m]; EN 1154's sizes 1 to 7: 9 to 140
 _PUSHED = math.radians(10.0)  # least peak of the largest of the pushes that are asked for [rad]
 _PLATE = (0.5, 1.5)  # plausible moment of inertia of a leaf / that of a plate
 
