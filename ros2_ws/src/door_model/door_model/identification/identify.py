@@ -97,6 +97,8 @@ class Identification:
         scale_reference: Description of the measurement that fixed the scale.
         warnings: What was left out, and what makes the result doubtful.
         assumptions: What was assumed to read the recording, such as its counts per turn.
+        duration: Time from the first to the last sample of the recording [s].
+        rate: Samples of the recording per second, between its gaps [1/s].
     """
 
     door: Door
@@ -111,6 +113,8 @@ class Identification:
     scale_reference: str
     warnings: list[str]
     assumptions: tuple[str, ...] = ()
+    duration: float = 0.0
+    rate: float = 0.0
 
     def value_of(self, name: str) -> float:
         """Return the value of the parameter of this name."""
@@ -187,7 +191,8 @@ def identify(
     warnings = [*garbage_warnings, *gap_doubts(clean), *swing_warnings, *fit_warnings,
                 *bound_warnings]
     result = replace(
-        _result(fit, common.swings, linkage, resolved, warnings), assumptions=clean.assumptions)
+        _result(fit, common.swings, linkage, resolved, warnings), assumptions=clean.assumptions,
+        duration=float(np.ptp(recording.t)), rate=1.0 / float(np.median(np.diff(recording.t))))
     result.warnings.extend(_contradictions(result, leaf, refuse=not force))
     return result
 
