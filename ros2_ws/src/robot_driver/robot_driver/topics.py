@@ -36,6 +36,7 @@ from robot_driver.messages import (
     wrench_row,
 )
 from robot_driver.names import (
+    CLOCK,
     COMMANDERS,
     DOOR,
     HAND,
@@ -301,7 +302,7 @@ class RobotTopics(SensorTopics):
 
     def crowded(self) -> dict[str, list[str]]:
         """Names of a topic's publishers, for each topic that has one too many."""
-        return crowded(self._node, (*map(self._sight.text, self._handlers), TRAJECTORY))
+        return crowded(self._node, (CLOCK, *map(self._sight.text, self._handlers), TRAJECTORY))
 
 
 def silence_of(node: GuardedNode, topic: str) -> str:
@@ -319,8 +320,8 @@ def silence_of(node: GuardedNode, topic: str) -> str:
 def crowded(node: GuardedNode, topics: Iterable[str]) -> dict[str, list[str]]:
     """Return the names of a topic's publishers, for each topic that has one too many.
 
-    A topic of the driver has one publisher, and only the `COMMANDERS` in the node's own namespace
-    send trajectories.
+    The clock and a topic of the driver have one publisher, and only the `COMMANDERS` in the node's
+    own namespace send trajectories.
     """
     found, own = {}, node.get_namespace().rstrip("/")
     commanders = {f"{own}/{name}" for name in COMMANDERS}
