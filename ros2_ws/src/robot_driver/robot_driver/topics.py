@@ -152,7 +152,10 @@ class SensorTopics:
     def _on_imu(self, message: Imu, arrival: Arrival) -> Sequence[Command]:
         reading = imu_sample(message)
         if reading is None:
-            return self._ignore(IMU, "it must have an orientation and an angular velocity")
+            turn = message.orientation
+            length = math.hypot(turn.x, turn.y, turn.z, turn.w)
+            return self._ignore(IMU, "it must have an orientation and an angular velocity, and the "
+                                f"length of its quaternion is {length:g}, must be 1")
         return self.inputs.on_imu(arrival, reading)
 
     def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> Sequence[Command]:

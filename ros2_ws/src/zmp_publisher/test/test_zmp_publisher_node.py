@@ -136,6 +136,13 @@ def test_missing_joints_and_nan_give_no_zmp_and_a_warning_that_names_the_joint(n
     assert len(node.sent["zmp"]) == 1
 
 
+def test_a_quaternion_of_another_length_is_refused_with_its_length(node, capfd):
+    message = _imu(0)
+    message.orientation.z, message.orientation.w = 2.0**14, 0.0
+    node.hear("imu", message)
+    assert "the length of its quaternion is 16384, must be 1" in capfd.readouterr().err
+
+
 def test_tilt_comes_from_the_imu_where_there_is_one(node):
     """The base leans as the IMU does, turns with the gyro alone, and is level without an IMU."""
     _feed(node, 0)
