@@ -4,6 +4,7 @@ import base64
 import json
 import math
 import re
+from operator import itemgetter
 
 import numpy as np
 import pytest
@@ -235,6 +236,28 @@ def moved(rows):
     """The description of the robot and joint states on `/joint_states`, each received when made."""
     return [("/robot_description", EPOCH, text(ROBOT)), *(
         ("/joint_states", t, joints(t, **named)) for t, named in rows)]
+
+
+@pytest.mark.parametrize(("names", "moves", "said"), [
+    (("elbow", "wrist"), True, ""),
+    (("robot1/elbow", "robot1/wrist"), True, "have the prefix robot1/"),
+    (("r_elbow", "r_elbow_2"), True, "have the prefix r_"),
+    (("robot1/elbow", "robot2/elbow"), False, "there are robot1/elbow, robot2/elbow, but in the "
+     "description elbow"),
+    (("shoulder",), False, "No joint on /joint_states is in the description")])
+def test_joints_of_other_names_than_the_descriptions_are_said(tmp_path, names, moves, said):
+    """A prefix that is common to all, also of the base's frame, is left out."""
+    root = f"{names[0].removesuffix('elbow') if moves else ''}trunk"
+    rows = [row for row in hardware() if row[0] not in ("/joint_states", "/tf")]
+    for t in times():
+        rows += [("/joint_states", t, joints(t, **dict.fromkeys(names, t - EPOCH))),
+                 ("/tf", t, transform(t, root, t - EPOCH, 0.0, 0.8))]
+    record(tmp_path / "run.mcap", sorted(rows, key=itemgetter(1)))
+    (run,) = read_runs(tmp_path / "run.mcap")
+    assert ("elbow" in run.robot.joints) is moves
+    assert len(run.robot.base.t) == len(times())
+    assert said in " ".join(run.notes)
+    assert bool(said) == bool(run.notes)
 
 
 def test_a_joint_that_is_nan_is_named_and_the_others_move(tmp_path):

@@ -36,6 +36,7 @@ from robot_driver.messages import (
     wrench_row,
 )
 from robot_driver.names import (
+    CLOCK,
     COMMANDERS,
     DOOR,
     HAND,
@@ -151,7 +152,10 @@ class SensorTopics:
     def _on_imu(self, message: Imu, arrival: Arrival) -> Sequence[Command]:
         reading = imu_sample(message)
         if reading is None:
-            return self._ignore(IMU, "it must have an orientation and an angular velocity")
+            turn = message.orientation
+            length = math.hypot(turn.x, turn.y, turn.z, turn.w)
+            return self._ignore(IMU, "it must have an orientation and an angular velocity, and the "
+                                f"length of its quaternion is {length:g}, must be 1")
         return self.inputs.on_imu(arrival, reading)
 
     def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> Sequence[Command]:
@@ -301,7 +305,7 @@ class RobotTopics(SensorTopics):
 
     def crowded(self) -> dict[str, list[str]]:
         """Names of a topic's publishers, for each topic that has one too many."""
-        return crowded(self._node, (*map(self._sight.text, self._handlers), TRAJECTORY))
+        return crowded(self._node, (CLOCK, *map(self._sight.text, self._handlers), TRAJECTORY))
 
 
 def silence_of(node: GuardedNode, topic: str) -> str:
@@ -319,8 +323,8 @@ def silence_of(node: GuardedNode, topic: str) -> str:
 def crowded(node: GuardedNode, topics: Iterable[str]) -> dict[str, list[str]]:
     """Return the names of a topic's publishers, for each topic that has one too many.
 
-    A topic of the driver has one publisher, and only the `COMMANDERS` in the node's own namespace
-    send trajectories.
+    The clock and a topic of the driver have one publisher, and only the `COMMANDERS` in the node's
+    own namespace send trajectories.
     """
     found, own = {}, node.get_namespace().rstrip("/")
     commanders = {f"{own}/{name}" for name in COMMANDERS}
