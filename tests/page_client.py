@@ -88,6 +88,10 @@ class PageClient:
         """Whether there is a button or an input of this label."""
         return self._find(label) is not None
 
+    def disabled(self, label: str) -> bool:
+        """Whether a button that is there cannot be pressed."""
+        return bool(self.elements[self._find(label) or ""]["disabled"])
+
     def text(self) -> str:
         """Return all texts of the panels."""
         return "\n".join(str(item["content"]) for item in self.elements.values()

@@ -9,7 +9,7 @@ import viser
 from door_impact_view.errors import AddressError
 from door_impact_view.live.panels import GiveOrder, Panels, plan_html, state_html
 from door_impact_view.live.plots import Plots
-from door_impact_view.live.scene_view import BalanceView, BodyView, ForceView
+from door_impact_view.live.scene_view import BalanceView, BodyView, FootstepView, ForceView
 from door_impact_view.live.state import State
 
 _FLOOR = 6.0  # side of the floor's grid [m]
@@ -46,13 +46,14 @@ class Page:
         gui.configure_theme(show_share_button=False, show_logo=False)
         scene.configure_default_lights(cast_shadow=False)  # they cost most without a graphics card
         scene.add_grid("/floor", width=_FLOOR, height=_FLOOR, shadow_opacity=0.0)
+        gui.main_panel.dock_right()  # beside the picture, not over the robot
         self._server.initial_camera.position = _CAMERA
         self._server.initial_camera.look_at = _LOOK_AT
         self._robot = BodyView(self._server, "/robot")
         self._door = BodyView(self._server, "/door")
-        self._forces, self._balance = ForceView(scene), BalanceView(scene)
-        Panels(self._server, give)
-        self._state = gui.add_html(state_html(State()), order=1.1)
+        self._views = ForceView(scene), BalanceView(scene), FootstepView(scene)
+        self._panels = Panels(self._server, give)
+        self._state = gui.add_html(state_html(State()), order=-0.2)
         self._plots = Plots(gui)
         with gui.add_folder("Plan", order=3.0):
             self._plan = gui.add_html(plan_html(None))
@@ -67,11 +68,12 @@ class Page:
         with self._server.atomic():  # a browser never shows half of it
             self._robot.show(state.robot)
             self._door.show(state.door)
-            self._forces.show(state)
-            self._balance.show(state)
+            for view in self._views:
+                view.show(state)
         self._plots.add(state)
         if self._drawn % self._plot_every == 0:
             self._plots.send()
+            self._panels.show(state)
             self._state.content = state_html(state)
             self._plan.content = plan_html(state.plan)
         self._drawn += 1

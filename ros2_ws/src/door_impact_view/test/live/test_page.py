@@ -39,6 +39,29 @@ def test_an_order_reaches_its_taker_and_every_browser_shows_the_answer():
     page.stop()
 
 
+SERVED = frozenset(panels.BUTTONS)
+ROBOT = {"hit", "walk", "pass"}
+
+
+@pytest.mark.parametrize(("state", "refused"), [
+    (State(served=SERVED), {"hit"}),  # there is no plan
+    (State(served=SERVED, plan=PlanSummary()), set()),
+    (State(served=SERVED, plan=PlanSummary(), moving=frozenset({"walk"})), {"hit", "pass"}),
+    (State(served=SERVED, plan=PlanSummary(), moving=frozenset({"hit"})), ROBOT),
+    (State(served=SERVED - {"push", "reset"}, plan=PlanSummary()), {"push", "reset"}),
+    (State(), SERVED - {"stop"})])
+def test_what_would_be_refused_is_disabled(state, refused):
+    """A newer walk replaces the one under way; Stop can always be pressed."""
+    assert set(panels.refusals(state)) == refused
+
+
+def test_a_refusal_names_the_button_to_press():
+    """Behind a service of any namespace; walk, hit and plan are English words as well."""
+    assert panels.name_buttons("walk: call /a/plan_door_impact first", {
+        "plan": "plan_door_impact", "walk": "walk"}) == (
+        'walk: call /a/plan_door_impact (button "Plan") first')
+
+
 def test_without_joint_angles_the_robot_is_in_its_zero_posture():
     """Each link's node is where the URDF's joint has it, not at its parent's origin."""
     page = Page("127.0.0.1", 0, lambda order, reply: None)
