@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 
+import numpy as np
 import viser
 
 from door_impact_view.errors import AddressError
@@ -13,6 +14,7 @@ from door_impact_view.live.scene_view import BalanceView, BodyView, FootstepView
 from door_impact_view.live.state import State
 
 _FLOOR = 6.0  # side of the floor's grid [m]
+_FOLLOWED = 0.02  # way of the robot after which the cameras follow [m]
 _CAMERA, _LOOK_AT = (2.2, 0.55, 1.5), (0.0, -0.15, 0.8)  # in the world [m]
 
 
@@ -53,6 +55,8 @@ class Page:
         self._door = BodyView(self._server, "/door")
         self._views = ForceView(scene), BalanceView(scene), FootstepView(scene)
         self._panels = Panels(self._server, give)
+        self._follows = gui.add_checkbox("camera follows the robot", True, order=0.3)
+        self._place = np.zeros(3)  # of the robot on the floor, when the cameras followed last [m]
         self._state = gui.add_html(state_html(State()), order=-0.2)
         self._plots = Plots(gui)
         with gui.add_folder("Plan", order=3.0):
@@ -70,6 +74,7 @@ class Page:
             self._door.show(state.door)
             for view in self._views:
                 view.show(state)
+        self._follow(state)
         self._plots.add(state)
         if self._drawn % self._plot_every == 0:
             self._plots.send()
@@ -77,6 +82,21 @@ class Page:
             self._state.content = state_html(state)
             self._plan.content = plan_html(state.plan)
         self._drawn += 1
+
+    def _follow(self, state: State) -> None:
+        """Move the cameras along with the robot, also those of browsers that come later."""
+        if state.robot.pose is None:
+            return
+        moved = state.robot.pose[0] * (1.0, 1.0, 0.0) - self._place
+        if np.linalg.norm(moved) < _FOLLOWED:
+            return
+        self._place = self._place + moved
+        if not self._follows.value:
+            return
+        for client in self._server.get_clients().values():
+            client.camera.position = client.camera.position + moved  # looks where it looked
+        first = self._server.initial_camera
+        first.position, first.look_at = first.position + moved, first.look_at + moved
 
     def stop(self) -> None:
         """End the server."""

@@ -1,5 +1,6 @@
 """Tests of the page with a client in place of a browser: address, orders and texts."""
 
+import numpy as np
 import pytest
 from door_impact_view.errors import AddressError
 from door_impact_view.live import panels
@@ -72,6 +73,24 @@ def test_without_joint_angles_the_robot_is_in_its_zero_posture():
     node = "/robot/visual/RLEG_LINK0/RLEG_LINK1/RLEG_LINK2/RLEG_LINK3"
     client.until(lambda: "position" in client.nodes.get(node, {}))
     assert client.nodes[node]["position"] == pytest.approx(knee.origin[:3, 3])
+    client.close()
+    page.stop()
+
+
+def test_the_camera_follows_the_robot_as_long_as_it_is_to():
+    """On the floor: not up and down."""
+    page = Page("127.0.0.1", 0, lambda order, reply: None, plot_every=1)
+    client = PageClient(page.port)
+    client.until(lambda: page.watched and client.has("camera follows the robot"))
+    x, y, z = client.camera
+    turn = np.array([1.0, 0.0, 0.0, 0.0])
+    page.draw(State(robot=Body(pose=(np.array([1.0, 0.3, 0.7]), turn))))
+    client.until(lambda: client.camera == pytest.approx((x + 1.0, y + 0.3, z)))
+    client.enter("camera follows the robot", False)
+    client.until(lambda: not page._follows.value)
+    page.draw(State(robot=Body(pose=(np.array([5.0, 0.3, 0.7]), turn)), phase="walk"))
+    client.until(lambda: "walk" in client.text())
+    assert client.camera == pytest.approx((x + 1.0, y + 0.3, z))
     client.close()
     page.stop()
 
