@@ -6,6 +6,7 @@ import socket
 
 import numpy as np
 import viser
+from viser._messages import RunJavascriptMessage
 
 from door_impact_view.errors import AddressError
 from door_impact_view.live.panels import GiveOrder, Panels, plan_html, state_html
@@ -13,6 +14,7 @@ from door_impact_view.live.plots import Plots
 from door_impact_view.live.scene_view import BalanceView, BodyView, FootstepView, ForceView
 from door_impact_view.live.state import State
 
+_TITLE = "door impact"
 _FLOOR = 6.0  # side of the floor's grid [m]
 _FOLLOWED = 0.02  # way of the robot after which the cameras follow [m]
 _CAMERA, _LOOK_AT = (2.2, 0.55, 1.5), (0.0, -0.15, 0.8)  # in the world [m]
@@ -41,10 +43,12 @@ class Page:
             socket.create_server((host, 0)).close()
         except (OSError, UnicodeError) as error:  # viser would wait for ever
             raise AddressError(host, f"the page cannot be served there ({error})") from error
-        self._server = viser.ViserServer(host, port, label="door impact", verbose=False)
+        self._server = viser.ViserServer(host, port, label=_TITLE, verbose=False)
         self.port = self._server.get_port()
         self._plot_every, self._drawn = plot_every, 0
         scene, gui = self._server.scene, self._server.gui
+        gui._websock_interface.queue_message(  # viser has no other name for the browser's tab
+            RunJavascriptMessage(f"document.title = {_TITLE!r}"))
         gui.configure_theme(show_share_button=False, show_logo=False)
         scene.configure_default_lights(cast_shadow=False)  # they cost most without a graphics card
         scene.add_grid("/floor", width=_FLOOR, height=_FLOOR, shadow_opacity=0.0)

@@ -27,5 +27,5 @@ def test_the_panel_hides_no_robot_and_nothing_hides_stop(open_tab, width):
     tab.get_by_role("button", name="Stop", exact=True).click()
     for _ in range(100):
         tab.wait_for_timeout(0 if given else 100)
-    assert given == ["stop"]
+    assert (given, tab.title()) == (["stop"], "door impact")
     page.stop()
