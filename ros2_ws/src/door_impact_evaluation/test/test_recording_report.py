@@ -89,7 +89,8 @@ def hardware(start=EPOCH):
             ("/tf", t, transform(t, "trunk", t - start, 0.0, 0.8)),
             ("/door_angle", t, joints(t, "door_hinge", 0.1 * (t - start))),
             ("/zmp", t, place(t, 0.04, 0.0, 0.0)), ("/com", t, place(t, 0.0, 0.0, 0.7)),
-            ("/support_polygon", t, polygon(t)), ("/left_foot/wrench", t, wrench(t, 300.0)))),
+            ("/support_polygon", t, polygon(t)), ("/left_foot/wrench", t, wrench(t, 300.0)),
+            ("/left_wrist/wrench", t, wrench(t, 30.0)))),
     ]
 
 
@@ -140,7 +141,8 @@ def test_a_recording_of_hardware_becomes_a_page(tmp_path, capsys):
     np.testing.assert_allclose(door["base"][:3], [-0.4, -0.7, 0.0], atol=1e-6)
     plots = {plot["title"]: plot["curves"][0]["values"] for plot in data["plots"]}
     np.testing.assert_allclose(plots["ZMP margin"], 60.0, atol=1e-3)
-    np.testing.assert_allclose(plots["Force on feet and hands"], 300.0)
+    np.testing.assert_allclose(plots["Force at the foot"], 300.0)
+    np.testing.assert_allclose(plots["Force at the wrist"], 30.0)
     assert t[-1] == pytest.approx(1.99, abs=1e-3)
     assert data["events"] == data["phases"] == []
 

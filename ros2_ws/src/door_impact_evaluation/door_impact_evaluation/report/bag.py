@@ -6,6 +6,7 @@ new run begins where the time goes back by more than 1 s, because a simulation w
 
 import math
 import os
+import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -310,14 +311,15 @@ def _body(urdfs: _Rows, joints: dict[str, Series], poses: dict[str, _Rows], pref
 
 
 def _plots(rows: dict[str, _Rows]) -> tuple[Plot, ...]:
-    forces = []
+    forces: dict[str, list[Curve]] = {}  # left and right share an axis; those of feet dwarf others
     for topic, color in zip(sorted(rows.keys() - _TYPES.keys()), _COLORS, strict=False):
         force = _series(rows[topic], lambda message: _xyz(message.wrench.force))
         label = topic.strip("/").removesuffix("/wrench").replace("_", " ")
-        forces.append(Curve(label, color, force.t, np.linalg.norm(force.values, axis=1)))
+        forces.setdefault(re.sub(r"\b(left|right) ", "", label), []).append(
+            Curve(label, color, force.t, np.linalg.norm(force.values, axis=1)))
     speeds = [Curve("encoder", colors.DOOR, speed.t, np.degrees(speed.values[:, 0]))
               for speed in list(_joints(rows[_DOOR], _DOOR, "velocity")[0].values())[:1]]
-    return (Plot("Force on feet and hands", "N", tuple(forces)),
+    return (*(Plot(f"Force at the {end}", "N", tuple(curves)) for end, curves in forces.items()),
             Plot("Angular velocity of the door", "deg/s", tuple(speeds)))
 
 
