@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from motion_execution.walk.goal import WalkGoal, plan_goal
 from motion_execution.walk.walk import Walk
 from robot_driver.motion import Outcome
+from walking.errors import WalkInfeasible
 from walking.footsteps.footstep import Pose
 from walking.pattern.settings import WalkSettings
 
@@ -287,3 +288,11 @@ def test_a_lag_is_part_of_the_present(rig, ahead):
     boundary = rig.sent[0].stamp + ahead.begin_of(0)
     rig.run(boundary + 0.2)
     assert rig.walk.steps_sent == 0
+
+
+def test_legs_from_which_no_walk_begins_are_told_with_the_way_out(robot, ahead):
+    """As those of a robot that was stopped in the step of a hit."""
+    state = Walk(robot, ahead).final
+    high = replace(state, waist_height=state.waist_height + 0.15)
+    with pytest.raises(WalkInfeasible, match=r"sim/reset.*hip and ankle would be .* m apart"):
+        plan_goal(robot, high, WalkGoal(Pose(2.0, 0.0, 0.0)), WalkSettings())
