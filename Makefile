@@ -105,8 +105,8 @@ demo: $(READY)
 	  --gui "$(GUI)" --params "$(PARAMS)" --out "$(OUT)"
 
 up: $(READY)
-	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" engine:="$(ENGINE)" \
-	  gui:="$(GUI)" view:="$(VIEW)" experience:=out/experience.yaml $(if $(PARAMS),params:="$(PARAMS)")
+	@$(ROS2) run door_impact_bringup up --door "$(DOOR)" --params "$(PARAMS)" --view "$(VIEW)" \
+	  --experience out/experience.yaml engine:="$(ENGINE)" gui:="$(GUI)"
 
 # Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)

@@ -100,6 +100,26 @@ def test_a_door_that_was_walked_through_was_not_held(held, passage):
             [None] * 4 if passage is None else ["21.3", "11", "42.0", "-"])
 
 
+@pytest.mark.parametrize(("peak", "shown"), [(-0.003, ["-"] * 4), (24.96, [
+    "0.400", "24.96", "-0.04", "24.90"])])
+def test_the_table_has_dashes_where_the_door_was_not_opened(peak, shown):
+    """Speed of the door, largest angle, its error and the held angle; no -0.00."""
+    names = ("i_a", "c_c", "k_c", "tau_c0_prime")
+    summary = {
+        "identified": {name: {"value": 1.0, "std": 0.1} for name in names},
+        "run": {"engine": "mujoco"}, "zmp": {"measured_min_margin_mm": {"cam": 20.0}},
+        "robot": {"fell": peak < 0.0, "gear_load": {"RARM_JOINT0": 0.5}, "foot_slip_mm": 0.1},
+        "plan": dict.fromkeys(("i_rob", "b_r", "a_r", "l_b", "effective_mass_planar",
+                               "effective_mass", "omega_door", "v_rb"), 1.0),
+        "door": {"target_deg": 25.0, "peak_deg": peak, "error_deg": peak - 25.0, "held_deg": 24.9},
+        "impact": {"omega_door_measured": 0.4, "v_rb_measured": 0.4, "pad_force_n": 9.0,
+                   "switch_latency_ms": None, "contacts_before_peak": 1}}
+    rows = {row.name: row.measured for row in table.rows(summary, caught_deg=23.0)}
+    assert [rows[name] for name in (
+        "door speed after the hit w', measured", "largest opening angle",
+        "error: largest less desired angle", "angle at which the hand holds the door")] == shown
+
+
 def test_the_page_of_a_demonstration_is_one_file(tmp_path):
     """It contains the pictures beside it, and texts with any character are escaped."""
     (tmp_path / "zmp.png").write_bytes(b"a picture")

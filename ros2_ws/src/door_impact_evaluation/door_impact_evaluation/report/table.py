@@ -8,6 +8,8 @@ NOTES = ("A dash means that the paper gives no figure, or that there is nothing 
          "The paper's m_re of 47.92 kg follows from its eqs. (3) and (5).")
 """Sentences below the table."""
 
+OPENED = 0.1
+"""Angle above which the door has opened [deg]."""
 _INSIDE = 1.0  # ZMP margin above which the ZMP counts as inside, not on the edge [mm]
 _UNIT_WIDTH = 12  # width of the column of units [characters]
 
@@ -45,6 +47,7 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
     margin = margins[phase]
     place = "inside" if margin > _INSIDE else "on the edge" if margin > -_INSIDE else "outside"
     nominal = door["target_deg"] == 25.0
+    opened = door["peak_deg"] > OPENED
     return [
         *_identified(summary["identified"]),
         Row("robot: moment of inertia I_rob", "6.147", f"{plan['i_rob']:.3f}", "kg m²"),
@@ -56,7 +59,7 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row("effective mass that the plan uses", "-", f"{plan['effective_mass']:.1f}", "kg"),
         Row("door speed after the hit w', planned", "-", f"{plan['omega_door']:.3f}", "rad/s"),
         Row("door speed after the hit w', measured", "-",
-            f"{hit['omega_door_measured']:.3f}", "rad/s"),
+            f"{hit['omega_door_measured']:.3f}" if opened else "-", "rad/s"),
         Row("speed of B before the hit v_rB, planned", "-", f"{plan['v_rb']:.3f}", "m/s"),
         Row("speed of B before the hit v_rB, measured", "-",
             f"{hit['v_rb_measured']:.3f}", "m/s"),
@@ -68,13 +71,14 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row("contacts before the door's peak", "1", f"{hit['contacts_before_peak']}", ""),
         Row("desired opening angle", "25" if nominal else "-", f"{door['target_deg']:g}", "deg"),
         Row("largest opening angle", "26.3 (simulation)" if nominal else "-",
-            f"{door['peak_deg']:.2f}", "deg"),
+            f"{door['peak_deg']:.2f}" if opened else "-", "deg"),
         Row("error: largest less desired angle", "<= 2 (experiment)",
-            f"{door['error_deg']:+.2f}", "deg"),
+            f"{door['error_deg']:+.2f}" if opened else "-", "deg"),
         *(() if door["held_deg"] is None else (
-            Row("angle at which the hand stops the closing door", "-", f"{caught_deg:.1f}", "deg"),
+            Row("angle at which the hand stops the closing door", "-",
+                f"{caught_deg:.1f}" if opened else "-", "deg"),
             Row("angle at which the hand holds the door", "25" if nominal else "-",
-                f"{door['held_deg']:.2f}", "deg"))),
+                f"{door['held_deg']:.2f}" if opened else "-", "deg"))),
         Row("ZMP (20 ms mean) in the support polygon", "inside", place, ""),
         Row(f"smallest ZMP margin, in phase {phase}", "-", f"{margin:.1f}", "mm"),
         Row("slip of the feet", "avoided", f"{robot['foot_slip_mm']:.2f}", "mm"),

@@ -16,9 +16,11 @@ from robot_driver.names import IMU, JOINTS
 from walking.errors import NotReady
 from walking.footsteps.footstep import Stance
 
+from motion_execution.judge import fell
 from motion_execution.mission.link import Link
 from motion_execution.mission.order import Order
 from motion_execution.mission.routine import Condition, until
+from motion_execution.settings import ExecutionSettings
 from motion_execution.walk.start import Standing, soles_at
 from motion_execution.walk.stepping import Stepping
 
@@ -80,11 +82,15 @@ class Body:
         return Standing(base[1], self.inputs.tilt, joints[1], joints[2], self.attitude)
 
     def require_messages(self, topics: Sequence[str]) -> None:
-        """Check that messages of topics arrive, and make sense together.
+        """Check that the robot is upright, and that messages of topics arrive and make sense.
 
         Raises:
-            NotReady: Messages are missing or old, or contradict each other.
+            NotReady: It lies, or messages are missing or old, or contradict each other.
         """
+        tilt = self.inputs.tilt
+        # Before the sensors are judged, as those of a robot that stands.
+        if why := fell(tilt, ExecutionSettings.fall_tilt):
+            raise NotReady(why, quantity="tilt of the trunk [rad]", value=tilt)
         stale = self._link.refusal(topics)
         if stale is not None:
             raise NotReady(stale[0], quantity="age [s]", value=stale[1])

@@ -231,9 +231,11 @@ class Walks:
                 if not walk.running:
                     return False
                 self._body.send(walk.resume(plan, now()))
-        except Exception:
+        except Exception as error:
             if self._newest is order:  # otherwise the newest goal holds the walk
                 walk.go_on()
+                if walk.running and not order.stopped:
+                    error.args = (f"{error}; the walk under way goes on",)
             raise
         self._wanted = goal
         self._link.show(plan.footsteps)

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from hrp2_description.robot import SIDES
+from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.robot_model import RobotModel
+from walking.errors import WalkInfeasible
 from walking.footsteps.footstep import Footstep, Pose
 from walking.footsteps.planner import plan_footsteps
 from walking.passing.surroundings import Surroundings
@@ -48,9 +50,9 @@ def plan_goal(
 
     Raises:
         InvalidFootsteps: Goal or footsteps are bad.
-        WalkInfeasible: Something is in the way, or ZMP or friction would not be as required.
-        HumanoidMotionError: A leg does not reach, a joint exceeds a limit, or bodies come too near
-            to each other.
+        WalkInfeasible: Something is in the way, ZMP or friction would not be as required, or a leg
+            does not reach.
+        HumanoidMotionError: A joint exceeds a limit, or bodies come too near to each other.
     """
     footsteps = list(goal.footsteps) or plan_footsteps(
         robot.config, state.stance, goal.pose, goal.step_duration,
@@ -58,4 +60,10 @@ def plan_goal(
         whole_turns=goal.whole_turns, room=around)
     if around is not None:
         around.require_free(robot.config, state.stance, footsteps)
-    return plan_walk(robot, state, footsteps, settings)
+    try:
+        return plan_walk(robot, state, footsteps, settings)
+    except PostureUnreachable as error:  # as after a hit that was stopped in its step
+        raise WalkInfeasible(
+            "the robot does not stand so that it can walk: bring it back to its initial posture "
+            f"(in the simulation: sim/reset); {error}", quantity=error.quantity,
+            value=error.value, limit=error.limit) from error

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from motion_execution.walk.goal import WalkGoal, plan_goal
 from motion_execution.walk.walk import Walk
 from robot_driver.motion import Outcome
+from walking.errors import WalkInfeasible
 from walking.footsteps.footstep import Pose
 from walking.passing.doorway import Doorway
 from walking.passing.surroundings import Surroundings
@@ -308,3 +309,11 @@ def test_a_leaf_that_moves_into_the_way_ends_the_walk_standing_before_it(robot, 
     assert "the leaf, which stands open by 60 deg, is in the way" in rig.walk.reason
     assert 0 < rig.walk.steps_made(rig.now) < len(ahead.footsteps)
     rig.stands()
+
+
+def test_legs_from_which_no_walk_begins_are_told_with_the_way_out(robot, ahead):
+    """As those of a robot that was stopped in the step of a hit."""
+    state = Walk(robot, ahead).final
+    high = replace(state, waist_height=state.waist_height + 0.15)
+    with pytest.raises(WalkInfeasible, match=r"sim/reset.*hip and ankle would be .* m apart"):
+        plan_goal(robot, high, WalkGoal(Pose(2.0, 0.0, 0.0)), WalkSettings())
