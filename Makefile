@@ -64,8 +64,8 @@ help:
 
 setup: $(READY)
 
-# What colcon copies or compiles; Python modules are linked.
-COLCON_FILES := $(shell find ros2_ws/src -type f \( -not -name '*.py*' -o -name setup.py \))
+# What colcon copies or compiles; Python modules are linked, and what pip has built there is not ours.
+COLCON_FILES := $(shell find ros2_ws/src -name build -prune -o -name '*.egg-info' -prune -o -type f \( -not -name '*.py*' -o -name setup.py \) -print)
 
 # A .venv without this file was made otherwise, and begins anew.
 $(VENV)/.made:
