@@ -86,6 +86,12 @@ class PageClient:
         self._socket.send(msgspec.msgpack.encode(
             {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}}))
 
+    def click(self, origin: tuple[float, ...], direction: tuple[float, ...]) -> None:
+        """Click into the picture, where a ray begins at the camera [m]."""
+        self._socket.send(msgspec.msgpack.encode({
+            "type": "ScenePointerMessage", "event_type": "click", "ray_origin": origin,
+            "ray_direction": direction, "screen_pos": ((0.5, 0.5),), "modifier": None}))
+
     def has(self, label: str) -> bool:
         """Whether there is a button or an input of this label."""
         return self._find(label) is not None

@@ -60,6 +60,7 @@ class Page:
         self._views = ForceView(scene), BalanceView(scene), FootstepView(scene)
         self._panels = Panels(self._server, give)
         self._follows = gui.add_checkbox("camera follows the robot", True, order=0.3)
+        self._known: set[int] = set()  # clients whose cameras follow
         self._place = np.zeros(3)  # of the robot on the floor, when the cameras followed last [m]
         self._state = gui.add_html(state_html(State()), order=-0.2)
         self._plots = Plots(gui)
@@ -89,18 +90,21 @@ class Page:
 
     def _follow(self, state: State) -> None:
         """Move the cameras along with the robot, also those of browsers that come later."""
-        if state.robot.pose is None:
+        if state.robot.pose is None or not self._follows.value:
             return
         moved = state.robot.pose[0] * (1.0, 1.0, 0.0) - self._place
         if np.linalg.norm(moved) < _FOLLOWED:
-            return
+            moved = np.zeros(3)
         self._place = self._place + moved
-        if not self._follows.value:
-            return
-        for client in self._server.get_clients().values():
-            client.camera.position = client.camera.position + moved  # looks where it looked
-        first = self._server.initial_camera
-        first.position, first.look_at = first.position + moved, first.look_at + moved
+        first, clients = self._server.initial_camera, self._server.get_clients()
+        if moved.any():
+            first.position, first.look_at = first.position + moved, first.look_at + moved
+        for number, client in clients.items():
+            if number not in self._known:  # it has not told yet from where it looks
+                client.camera.position, client.camera.look_at = first.position, first.look_at
+            elif moved.any():
+                client.camera.position = client.camera.position + moved  # looks where it looked
+        self._known = set(clients)
 
     def stop(self) -> None:
         """End the server."""

@@ -97,7 +97,7 @@ class Panels:
             self._button("hit", lambda: Order("hit", "Hit the door"), "Executes the last plan")
         with gui.add_folder("Robot", order=0.2):
             goal = gui.add_vector3("x, y [m], turn [deg]", (1.0, 0.3, 0.0), step=0.1,
-                                   hint="Goal on the floor, in the world")
+                                   hint="In the world; a click on the floor sets x and y")
             self._button("walk", lambda: Order(
                 "walk", "Walk to x {:.2f} m, y {:.2f} m, turn {:.0f} deg".format(*goal.value),
                 dict(zip(("x", "y", "turn"), map(float, goal.value), strict=True))))
@@ -105,6 +105,22 @@ class Panels:
                          "Hits the door, catches it and walks through")
             self._button("reset", lambda: Order("reset", "Reset the simulation"),
                          "Simulation only")
+        mark = server.scene.add_frame("/goal", axes_length=0.2, axes_radius=0.01, visible=False)
+
+        @goal.on_update
+        def _(_: object) -> None:
+            x, y, turn = goal.value
+            half = 0.5 * math.radians(turn)
+            mark.position, mark.visible = (x, y, 0.0), True
+            mark.wxyz = (math.cos(half), 0.0, 0.0, math.sin(half))
+
+        @server.scene.on_click()
+        def _(click: viser.SceneClickEvent) -> None:
+            (x, y, z), (dx, dy, dz) = click.ray_origin, click.ray_direction
+            if dz < 0.0 < z:  # it meets the floor
+                goal.value = (  # type: ignore[misc]  # it can be set
+                    round(x - dx * z / dz, 2), round(y - dy * z / dz, 2), goal.value[2])
+
         self._refused = gui.add_html("", order=-0.1)
         self._answer = gui.add_html("", order=1.0)
 

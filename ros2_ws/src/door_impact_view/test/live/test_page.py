@@ -82,15 +82,33 @@ def test_the_camera_follows_the_robot_as_long_as_it_is_to():
     page = Page("127.0.0.1", 0, lambda order, reply: None, plot_every=1)
     client = PageClient(page.port)
     client.until(lambda: page.watched and client.has("camera follows the robot"))
-    x, y, z = client.camera
+    x, y, z = page._server.initial_camera.position
     turn = np.array([1.0, 0.0, 0.0, 0.0])
-    page.draw(State(robot=Body(pose=(np.array([1.0, 0.3, 0.7]), turn))))
+    for place in ([0.5, 0.0, 0.7], [1.0, 0.3, 0.8]):
+        page.draw(State(robot=Body(pose=(np.array(place), turn))))
     client.until(lambda: client.camera == pytest.approx((x + 1.0, y + 0.3, z)))
     client.enter("camera follows the robot", False)
     client.until(lambda: not page._follows.value)
     page.draw(State(robot=Body(pose=(np.array([5.0, 0.3, 0.7]), turn)), phase="walk"))
     client.until(lambda: "walk" in client.text())
     assert client.camera == pytest.approx((x + 1.0, y + 0.3, z))
+    client.close()
+    page.stop()
+
+
+def test_a_click_on_the_floor_is_a_goal_for_walk():
+    """Its turn stays; a click above the horizon is none."""
+    given = []
+    page = Page("127.0.0.1", 0, lambda order, reply: given.append(order.fields))
+    client = PageClient(page.port)
+    client.until(lambda: page.watched and client.has("Walk"))
+    client.enter("x, y [m], turn [deg]", (0.0, 0.0, 90.0))
+    client.click((2.0, 1.0, 1.5), (-0.4, 0.2, -1.0))
+    client.until(lambda: client.nodes["/goal"].get("position") == pytest.approx((1.4, 1.3, 0.0)))
+    client.click((2.0, 1.0, 1.5), (-0.4, 0.2, 0.1))
+    client.press("Walk")
+    client.until(lambda: given)
+    assert given == [{"x": 1.4, "y": 1.3, "turn": 90.0}]
     client.close()
     page.stop()
 
