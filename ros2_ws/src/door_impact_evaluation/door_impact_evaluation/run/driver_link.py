@@ -89,7 +89,7 @@ class DriverLink(Link):
         last_hit: The last hit that was planned.
         mission: What moves the robot.
         plans: Plans of hits by their names.
-        began: Stamp of the first trajectory that was sent [s]; NaN before.
+        began: Begin of the first motion that was sent [s]; NaN before.
         refused: Why the driver refused trajectories.
         watches: Functions that get the sample of each tick before the mission does.
     """
@@ -246,8 +246,8 @@ class DriverLink(Link):
 
     def send(self, command: Command) -> None:
         """Let the driver follow a trajectory; that it refuses one shows in its motion."""
-        if math.isnan(self.began):
-            self.began = command.stamp
+        if math.isnan(self.began) and command.knots is not None:
+            self.began = command.stamp + float(command.knots.time[0])
         try:
             self.driver.follow(arrays_of(command, self.robot.joint_names), command.stamp)
         except DoorImpactError as error:

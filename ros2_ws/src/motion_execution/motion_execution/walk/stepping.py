@@ -171,8 +171,10 @@ class Stepping(Motion):
         Args:
             now: Time of the robot's clock [s].
         """
-        self._sent = replace(self._sent, origin=now + self._settings.lead)
-        return self._sent.command
+        lead, knots = self._settings.lead, self._sent.knots
+        self._sent = replace(self._sent, origin=now + lead)
+        # Stamped now, the driver goes from its reference to the first posture meanwhile.
+        return Command(now, replace(knots, time=knots.time + lead))
 
     def stop(self, why: str = "") -> None:
         """Make no further step: the one whose motion was sent is finished, and the robot stands."""

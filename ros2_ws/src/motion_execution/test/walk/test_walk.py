@@ -117,7 +117,7 @@ def test_a_walk_that_is_not_disturbed_is_the_planned_one(rig, ahead):
     rig.run()
     assert rig.walk.outcome is Outcome.SUCCESS
     assert rig.walk.steps_made(rig.now) == len(ahead.footsteps)
-    origin = rig.sent[0].stamp
+    origin = rig.sent[0].stamp + rig.sent[0].knots.time[0]
     times = BEGIN + TICK * np.arange(1, len(rig.reference) + 1) - origin
     off = np.array([each.position for each in rig.reference]) - ahead.knots.at(times)[0]
     assert np.abs(off).max() < 1e-4
@@ -288,7 +288,7 @@ def test_a_lag_is_part_of_the_present(rig, ahead):
     rig.run(BEGIN + 1.45)
     assert rig.walk.steps_sent == 0
     rig.walk.lag = 0.3
-    boundary = rig.sent[0].stamp + ahead.begin_of(0)
+    boundary = rig.sent[0].stamp + rig.sent[0].knots.time[0] + ahead.begin_of(0)
     rig.run(boundary + 0.2)
     assert rig.walk.steps_sent == 0
 
