@@ -112,6 +112,7 @@ def test_the_table_has_dashes_where_the_door_was_not_opened(peak, shown):
         "plan": dict.fromkeys(("i_rob", "b_r", "a_r", "l_b", "effective_mass_planar",
                                "effective_mass", "omega_door", "v_rb"), 1.0),
         "door": {"target_deg": 25.0, "peak_deg": peak, "error_deg": peak - 25.0, "held_deg": 24.9},
+        "passage": None,
         "impact": {"omega_door_measured": 0.4, "v_rb_measured": 0.4, "pad_force_n": 9.0,
                    "switch_latency_ms": None, "contacts_before_peak": 1}}
     rows = {row.name: row.measured for row in table.rows(summary, caught_deg=23.0)}

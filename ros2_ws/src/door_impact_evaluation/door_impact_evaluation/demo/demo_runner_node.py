@@ -21,6 +21,7 @@ from walking.passing.opening import PUSH
 from door_impact_evaluation.demo.demo_client import DemoClient, report_progress, wall_time
 from door_impact_evaluation.demo.settings import PASS, STANDS, DemoSettings
 from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.report.table import OPENED
 
 PARAMETERS = {
     "door": ("paper", "simulated door: name of a door in door_model/doors, or a YAML file"),
@@ -128,7 +129,8 @@ def _hit(
     else:
         outcome = node.execute(plan.plan_id)
     peak = np.degrees(outcome.peak_angle)  # NaN without a hit
-    report_progress(f"    {f'{peak:.1f} deg by the encoder; ' * (peak > 0.1)}{outcome.message}")
+    opened = f"{peak:.1f} deg by the encoder; " if peak > OPENED else ""
+    report_progress(f"    {opened}{outcome.message}")
     return plan, planning_ms, outcome
 
 
