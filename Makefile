@@ -64,8 +64,8 @@ help:
 
 setup: $(READY)
 
-# What colcon copies or compiles; Python modules are linked.
-COLCON_FILES := $(shell find ros2_ws/src -type f \( -not -name '*.py*' -o -name setup.py \))
+# What colcon copies or compiles; Python modules are linked, and what pip has built there is not ours.
+COLCON_FILES := $(shell find ros2_ws/src -name build -prune -o -name '*.egg-info' -prune -o -type f \( -not -name '*.py*' -o -name setup.py \) -print)
 
 # A .venv without this file was made otherwise, and begins anew.
 $(VENV)/.made:
@@ -105,8 +105,8 @@ demo: $(READY)
 	  --gui "$(GUI)" --params "$(PARAMS)" --out "$(OUT)"
 
 up: $(READY)
-	@$(ROS2) launch door_impact_bringup bringup.launch.yaml door:="$(DOOR)" engine:="$(ENGINE)" \
-	  gui:="$(GUI)" view:="$(VIEW)" experience:=out/experience.yaml $(if $(PARAMS),params:="$(PARAMS)")
+	@$(ROS2) run door_impact_bringup up --door "$(DOOR)" --params "$(PARAMS)" --view "$(VIEW)" \
+	  --experience out/experience.yaml engine:="$(ENGINE)" gui:="$(GUI)"
 
 # Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)

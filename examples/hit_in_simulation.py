@@ -8,6 +8,7 @@ from math import degrees
 from pathlib import Path
 
 from door_impact_evaluation.run.rehearsal import rehearse
+from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 
 
 def main(args: list[str] | None = None) -> None:
@@ -19,10 +20,12 @@ def main(args: list[str] | None = None) -> None:
                         help="name or YAML file of the door (default: %(default)s)")
     parser.add_argument("--log", type=Path, default=Path("out/hit.npz"),
                         help="where the log of the simulation is written (default: %(default)s)")
+    parser.add_argument("--engine", choices=ENGINES, default=WorldSettings.engine,
+                        help="physics engine (default: %(default)s)")
     options = parser.parse_args(args)
 
     options.log.parent.mkdir(parents=True, exist_ok=True)
-    run = rehearse(options.angle_deg, options.log, door=options.door)
+    run = rehearse(options.angle_deg, options.log, door=options.door, engine=options.engine)
 
     if run.impact is None:
         raise SystemExit("The robot did not touch the door.")

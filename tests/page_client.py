@@ -31,6 +31,7 @@ class PageClient:
         elements: Kind and properties of what is in the panels, by identifier.
         nodes: Messages that made the nodes of the scene, by name; later changes are in them.
         notifications: Title and text of each.
+        camera: Place to which the page has moved the camera [m].
     """
 
     def __init__(self, port: int) -> None:
@@ -40,6 +41,7 @@ class PageClient:
         self.elements: dict[str, dict[str, Any]] = {}
         self.nodes: dict[str, dict[str, Any]] = {}
         self.notifications: list[tuple[str, str]] = []
+        self.camera = _CAMERA["position"]
         self._socket.send(msgspec.msgpack.encode(_CAMERA))
 
     def close(self) -> None:
@@ -84,9 +86,19 @@ class PageClient:
         self._socket.send(msgspec.msgpack.encode(
             {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": value}}))
 
+    def click(self, origin: tuple[float, ...], direction: tuple[float, ...]) -> None:
+        """Click into the picture, where a ray begins at the camera [m]."""
+        self._socket.send(msgspec.msgpack.encode({
+            "type": "ScenePointerMessage", "event_type": "click", "ray_origin": origin,
+            "ray_direction": direction, "screen_pos": ((0.5, 0.5),), "modifier": None}))
+
     def has(self, label: str) -> bool:
         """Whether there is a button or an input of this label."""
         return self._find(label) is not None
+
+    def disabled(self, label: str) -> bool:
+        """Whether a button that is there cannot be pressed."""
+        return bool(self.elements[self._find(label) or ""]["disabled"])
 
     def text(self) -> str:
         """Return all texts of the panels."""
@@ -102,6 +114,8 @@ class PageClient:
             self.notifications.append((props["title"], props["body"]))
         elif kind.startswith("Gui") and "uuid" in message and "props" in message:
             self.elements[message["uuid"]] = {"kind": kind, **message["props"]}
+        elif kind == "SetCameraPositionMessage" and not message["initial"]:
+            self.camera = message["position"]
         elif kind == "RemoveSceneNodeMessage":
             self.nodes.pop(message["name"], None)
         elif "name" in message:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from door_impact_evaluation.run.driver_link import at_once
 from door_model.door.config import load_door
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.kinematics import yaw_of
@@ -32,19 +33,6 @@ TICK = 0.005  # period of the driver [s]
 SURVEY = Pose(-0.4056, -0.715, 0.0)
 OFF = Pose(0.012, -0.006, math.radians(0.6))  # of a walk's end from its goal
 UPRIGHT = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 0.0, 9.81]))
-
-
-class Here:
-    """A result that is there, or the error instead."""
-
-    def __init__(self, work: Callable[[], Any]) -> None:
-        self._work = work
-
-    def done(self) -> bool:
-        return True
-
-    def result(self) -> Any:
-        return self._work()
 
 
 class Ended(Motion):
@@ -77,12 +65,12 @@ class World:
         self.requests, self.hits, self.walks = [], [], []
         self.feedback, self.compliance, self.said = [], [], []
         self.told: Pose | None = None
+        self.door, self.last_hit = KnownDoor.configured(load_door(door)), None
         self.off: Callable[[float], float] = lambda _: 0.0  # of the leaf from its plan [rad]
         self.touches = 3.3  # time since its begin at which a reach meets the leaf [s]
         self.hold = None  # a hit or a walk lasts until this is true
         self.walk_ends = Outcome.SUCCESS
         self.mission = Mission(robot, self, SURVEY, PassageSettings(hand_stiffness=400.0))
-        self.mission.ways.door = KnownDoor.configured(load_door(door))
         for played in (self.mission._hits, self.mission._passing._hits):
             played.make, played.margin = self.hit, lambda execution: 0.03
         self.mission._passing._walks.go = self.walk
@@ -98,12 +86,6 @@ class World:
     def listen(self, *, on):
         self.inputs.forget()
 
-    def needs(self, topics):
-        pass
-
-    def complete(self, topics):
-        return len(self.inputs.recent) > 0 and not math.isnan(self.inputs.door_angle)
-
     def refusal(self, topics):
         return None
 
@@ -115,7 +97,7 @@ class World:
     def zmp(self):
         return None
 
-    def door_pose(self):
+    def door_pose(self, along):
         return self.told
 
     def send(self, command):
@@ -126,15 +108,10 @@ class World:
 
     def plan_hit(self, request):
         self.requests.append(request)
-        return Here(lambda: self.hit_plan(request))
+        return at_once(self.hit_plan, request)
 
     def compute(self, work, *args):
-        found = None
-        def once():
-            nonlocal found
-            found = found or work(self.robot, *args)
-            return found
-        return Here(once)
+        return at_once(work, self.robot, *args)
 
     def show(self, footsteps):
         pass
@@ -224,10 +201,11 @@ class World:
         if self.followed is not None and self.followed.knots is not None:
             since, knots = self.time - self.followed.stamp, self.followed.knots
             self.position = knots.at(min(max(since, 0.0), knots.time[-1]))[0][0]
-        motion, force = self.mission.body.motion, 12.0
+        motion, force = self.mission.body.motion, 0.0
         if isinstance(motion, Reaching):
-            force *= motion.since(self.time) > self.touches
+            force = 12.0 * (motion.since(self.time) > self.touches)
         elif isinstance(motion, Passage):
+            force = 12.0
             since = max(motion.since(self.time), 0.0)
             self.angle = float(motion.passage.push.at(np.array([since]))[0]) + self.off(since)
         at, inputs = Arrival(self.time, self.time, 0.0), self.inputs

@@ -104,10 +104,19 @@ class Graph:
         self.spin_until(lambda: any(b < a for a, b in pairwise(stamps)), "odometry after a reset")
         self.node.destroy_subscription(heard)
 
-    def simulations(self) -> list[int]:
-        """Ids of the simulated robot's processes."""
-        return [pid for process in self.processes for pid in process.family()
-                if b"hrp2_sim_bridge" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    @contextmanager
+    def frozen(self, node: str) -> Iterator[None]:
+        """The processes of a node stand still meanwhile."""
+        ids = [pid for process in self.processes for pid in process.family()
+               if node.encode() in Path(f"/proc/{pid}/cmdline").read_bytes()]
+        assert ids, node
+        for pid in ids:
+            os.kill(pid, signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            for pid in ids:
+                os.kill(pid, signal.SIGCONT)
 
     def result(self, future: Any, what: str = "an answer") -> Any:
         """Result of a future."""
@@ -141,8 +150,6 @@ def launch(folder: Path, *arguments: str, beside: Sequence[list[str]] = ()) -> I
     try:
         with graph_of(started, *others) as running:
             running.last(PointStamped, "/zmp")
-            for pid in running.simulations():  # with its clock it waits for the nodes, if need be
-                os.setpriority(os.PRIO_PROCESS, pid, 10)
             yield running
         for process in (started, *others):
             process.process.send_signal(signal.SIGINT)

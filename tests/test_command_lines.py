@@ -13,6 +13,7 @@ from processes import parameters
 
 LEAF = ("--mass", "47.62", "--width", "0.896")
 SAMPLE = str(data_path("recordings") / "paper_five_swings.csv")
+DEMO = ("door_impact_evaluation", "demo", "--out", "OUT")
 BRIDGE = ("--ros-args", "--params-file", parameters(), "-p")
 
 
@@ -48,9 +49,14 @@ def test_plan_takes_the_door_that_identify_has_found(
     (("hrp2_sim_bridge", "hrp2_sim_bridge", *BRIDGE, "door:=BROKEN"), ("l2 + l3 = 0.0500 m",)),
     (("hrp2_sim_bridge", "hrp2_sim_bridge", *BRIDGE, "log_file:=/dev/null/a.npz"), ("log_file",)),
     (("hrp2_sim_bridge", "hrp2_sim_bridge", *BRIDGE, "hinge_x:=1.0e300"), ("hinge_x",)),
-    (("door_impact_evaluation", "demo", "--out", "OUT", "--target-deg", "nan"), ("-deg", "nan")),
-    (("door_impact_evaluation", "demo", "--out", "OUT", "--ending", "crawl"), ("hold", "pass")),
-    (("door_impact_evaluation", "demo", "--out", "OUT", "--hits", "6"), ("--hits", "6"))])
+    (("door_impact_bringup", "scene_publisher"), ("door_distance", "--params-file")),
+    (("door_impact_bringup", "up", "--door", "papr"), ("up: papr: no such door",)),
+    (("door_impact_bringup", "up", "--params", "no.yaml"), ("no.yaml: cannot be read",)),
+    ((*DEMO, "--target-deg", "nan"), ("-deg", "nan")),
+    ((*DEMO, "--target-deg", "200"), ("at most 180",)),
+    ((*DEMO, "--target-deg", "100"), ("too fast", "zmp_limited")),
+    ((*DEMO, "--ending", "crawl"), ("hold", "pass")),
+    ((*DEMO, "--hits", "6"), ("--hits", "6"))])
 def test_what_cannot_be_is_refused_before_anything_runs(
         called: Callable[..., Any], tmp_path: Path, broken_door: str, command: tuple[str, ...],
         words: tuple[str, ...]) -> None:

@@ -1,4 +1,4 @@
-"""The scripts in examples/: they run without ROS, and what they print obeys the physics."""
+"""The scripts in examples/: they run as by libraries.txt, and what they print obeys the physics."""
 
 import re
 import subprocess
@@ -11,7 +11,7 @@ from processes import GUARD
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 _WITHOUT_ROS = """\
 import runpy, sys
-sys.modules["rclpy"] = None  # importing it raises ImportError
+sys.modules |= dict.fromkeys(("rclpy", "pybullet"))  # importing them raises ImportError
 sys.argv = sys.argv[1:]
 runpy.run_path(sys.argv[0], run_name="__main__")
 """
@@ -19,7 +19,7 @@ NUMBER = r"(-?\d+(?:\.\d+)?)"
 
 
 def printed_by(name: str, *arguments: str) -> str:
-    """What an example prints in a process that cannot import rclpy."""
+    """What an example prints in a process that can import neither rclpy nor PyBullet."""
     done = subprocess.run(
         [sys.executable, "-c", _WITHOUT_ROS, str(EXAMPLES / name), *arguments],
         capture_output=True, text=True, timeout=GUARD, stdin=subprocess.DEVNULL, check=False)

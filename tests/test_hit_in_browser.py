@@ -82,10 +82,10 @@ def test_a_hit_from_the_first_push_to_the_replay(
     page.order("Plan", "Plan a hit for 25.0 deg")
     page.tab.get_by_text("peak force").scroll_into_view_if_needed()
     page.picture("plan.png")
-    page.tab.get_by_role("button", name="Run", exact=True).click()
+    page.tab.get_by_role("button", name="Hit", exact=True).click()
     page.until(lambda: page.door() > OPEN)
     page.picture("hit.png")
-    page.until(lambda: "Run the plan: done." in page.tab.inner_text("body"))
+    page.until(lambda: "Hit the door: done." in page.tab.inner_text("body"))
     page.order("Reset", "Reset the simulation")
     page.until(lambda: page.door() < 0.05)
 

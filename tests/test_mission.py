@@ -20,7 +20,7 @@ from motion_execution.mission.ways import Wanted
 from motion_execution.walk.goal import WalkGoal
 from reference_door import ReferenceDoor
 from robot_driver.motion import Outcome
-from walking.errors import InvalidGoal, NotReady
+from walking.errors import InvalidFootsteps, InvalidGoal, NotReady, WalkInfeasible
 from walking.footsteps.footstep import Pose
 
 LONGEST = 30.0  # [s]
@@ -57,16 +57,39 @@ def test_a_hit_opens_the_door_and_nothing_else_begins_meanwhile(link: DriverLink
     assert not link.refused
 
 
-def test_a_walk_that_is_stopped_ends_standing_before_its_goal(link: DriverLink) -> None:
-    walk = link.mission.run(link.mission.walk(WalkGoal(Pose(0.2, 0.0, 0.0)), Order(WALK)))
+def test_a_walk_after_a_hit_folds_the_arm_and_lets_the_leaf_go(link: DriverLink) -> None:
+    """The robot arrives in half-sitting, and the door is shut; through it no way leads."""
+    plan = link.plan_hit(HitRequest(math.radians(25.0), "hold", "", -1.0, -1.0)).result()
+    link.run(link.mission.hit(plan, Order(HIT)), LONGEST)
+    joints = link.inputs.joints
+    assert joints is not None
+    assert link.robot.folded_by(joints[1]) > 1.0
+    with pytest.raises(WalkInfeasible, match="in the way after"):
+        link.run(link.mission.walk(WalkGoal(Pose(0.0, -2.0, 0.0)), Order(WALK)), LONGEST)
+    walk = link.run(link.mission.walk(WalkGoal(Pose(0.2, 0.0, 0.0)), Order(WALK)), LONGEST)
+    assert (walk.outcome, walk.reason) == (Outcome.SUCCESS, "")
+    assert link.robot.folded_by(link.inputs.joints[1]) < 0.01
+    assert link.inputs.door_angle == pytest.approx(0.0, abs=0.01)
+    assert not link.refused
+
+
+def test_a_walk_goes_on_after_a_bad_newer_goal_and_is_stopped_standing(link: DriverLink) -> None:
+    """Both are said; nothing begins while the robot lies."""
+    walk = link.mission.run(link.mission.walk(WalkGoal(Pose(0.6, 0.0, 0.0)), Order(WALK)))
     while link.mission.body.motion is None:
         link.step()
+    with pytest.raises(InvalidFootsteps, match=r"; the walk under way goes on$"):
+        link.run(link.mission.walk(WalkGoal(Pose(math.nan, 0.0, 0.0)), Order(WALK)), LONGEST)
+    assert not walk.done
     assert "stands on two feet" in link.mission.stop()
     while not walk.done:
         link.step()
     assert walk.result().outcome is Outcome.STOPPED
-    assert walk.result().steps_made(math.inf) == 0
+    assert walk.result().steps_made(math.inf) < 2
     assert link.mission.stop() == ""
+    link.mission.body.inputs.tilt = 1.5
+    with pytest.raises(NotReady, match=r"the robot fell: .* 85\.9 deg, .*sim/reset"):
+        link.mission.body.require_messages(())
 
 
 def test_an_angle_that_makes_no_sense_is_refused_before_anything_is_planned(

@@ -35,7 +35,7 @@ def test_the_page_offers_what_the_planner_knows() -> None:
 @pytest.mark.nightly("starts every node but the simulation")
 def test_without_a_driver_the_page_shows_refusals_and_its_end_ends_no_other(
         start: Start, ros2: Callable[..., Any]) -> None:
-    """What the planner refuses appears as its sentence; the simulation's buttons say what lacks."""
+    """What the planner refuses appears as its sentence, with the button to press first."""
     launched = start("launch", "door_impact_bringup", "bringup.launch.yaml", "driver:=none",
                      "view:=true", "view_port:=0")
     page = PageClient(int(wait_for(launched, r"shown at http://localhost:(\d+)")))
@@ -50,9 +50,10 @@ def test_without_a_driver_the_page_shows_refusals_and_its_end_ends_no_other(
             page.until(lambda count=count: len(page.notifications) > count, GUARD)
 
     answer("Plan", "nothing is known of the door: no message has arrived on /closer_parameters")
-    answer("Run", "there is no plan yet")
-    answer("Push the door", "/sim/push_door is not there")
-    answer("Reset", "/sim/reset is not there")
+    answer("Plan", 'identify_closer (button "Identify") first')
+    answer("Hit", "there is no plan yet")
+    answer("Push the door", "No node that serves sim/push_door is running")
+    assert page.disabled("Reset")
     assert "not done" in page.text()
     page.close()
     os.kill(int(wait_for(launched, r"\[door_impact_view-\d+\]: .*with pid \[(\d+)\]")),

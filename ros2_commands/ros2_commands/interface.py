@@ -1,4 +1,4 @@
-"""`ros2 interface`: list and show."""
+"""`ros2 interface`: list, package and show."""
 
 from __future__ import annotations
 
@@ -29,6 +29,14 @@ def _list(options: argparse.Namespace) -> None:
             for name in sorted({line.rpartition(".")[0] for line in lines}):
                 if name.startswith(f"{kind}/"):
                     print(f"    {package}/{name}")
+
+
+def _package(options: argparse.Namespace) -> None:
+    """List the types of a package."""
+    lines = get_resource("rosidl_interfaces", share(options.package).name)[0].splitlines()
+    for name in sorted({line.rpartition(".")[0] for line in lines}):
+        if name.startswith(tuple(f"{kind}/" for kind in _TITLES)):
+            print(f"{options.package}/{name}")
 
 
 def _show(options: argparse.Namespace) -> None:
@@ -76,6 +84,7 @@ def define(parser: argparse.ArgumentParser) -> None:
         word = title.rstrip(":").lower()
         listing.add_argument(f"-{kind[0]}", f"--only-{kind}s", dest=kind, action="store_true",
                              help=f"only {word}")  # fmt: skip
+    verbs.add("package", _package).add_argument("package")
     show = verbs.add("show", _show)
     show.add_argument("type", help="as std_msgs/msg/String; - reads it from standard input")
     which = show.add_mutually_exclusive_group()

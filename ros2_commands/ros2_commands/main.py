@@ -44,7 +44,9 @@ def _parser(called: str | None) -> argparse.ArgumentParser:
 def _run(arguments: list[str]) -> int:
     called = arguments[0] if arguments else None
     if called in _ONLY_IN_ROS2:
-        print(f"ros2 {called} is not part of ros2_commands: install ROS 2 for it", file=sys.stderr)
+        way = "record with the launch argument record:=FILE.mcap" if called == "bag" else (
+            "install ROS 2 for it")
+        print(f"ros2 {called} is not part of ros2_commands: {way}", file=sys.stderr)
         return 1
     options = _parser(called).parse_args(arguments)
     return int(options.run(options) or 0)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import array
 import importlib
+import time
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import yaml
+from builtin_interfaces.msg import Time
 from rosidl_parser.definition import (  # type: ignore[import-untyped]
     AbstractNestedType,
     NamespacedType,
@@ -106,7 +108,8 @@ def message_from_yaml(kind: Any, text: str) -> Any:
 
     Args:
         kind: Its class.
-        text: A mapping of fields to values; fields that it does not name keep their defaults.
+        text: A mapping of fields to values; fields that it does not name keep their defaults. A
+            time may be `now`.
 
     Raises:
         CommandError: No such mapping, an unknown field, or a value that a field cannot hold.
@@ -118,6 +121,9 @@ def message_from_yaml(kind: Any, text: str) -> Any:
 
 
 def _message(kind: Any, values: Any) -> Any:
+    if values == "now" and kind is Time:
+        sec, nanosec = divmod(time.time_ns(), 10**9)
+        return Time(sec=sec, nanosec=nanosec)
     message = kind(check_fields=True)
     if not isinstance(values, dict):
         raise TypeError(f"{kind.__name__} needs a mapping like {{field: value}}, not {values!r}")

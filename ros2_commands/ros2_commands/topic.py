@@ -150,13 +150,14 @@ def _rate(options: argparse.Namespace) -> None:
 def _publish(options: argparse.Namespace) -> None:
     """Publish a message once, N times, or until Ctrl-C."""
     kind = interface_class(options.message_type, "msg")
-    message = message_from_yaml(kind, options.values)
+    message_from_yaml(kind, options.values)  # what is wrong is said before anybody is waited for
     with bare_node() as node:
         publisher = node.create_publisher(kind, options.topic_name, profile(options))
         _await(publisher, int(options.times > 0) if options.wait is None else options.wait)
         print("publisher: beginning loop")
         start = time.monotonic()
         for number in numbers(1):
+            message = message_from_yaml(kind, options.values)  # anew: a stamp may be `now`
             print(f"publishing #{number}: {message!r}\n")
             publisher.publish(message)
             if number == options.times:

@@ -19,7 +19,7 @@ PROGRAMS = {
     "talk": """
 import os, pathlib, sys
 print(*sys.argv[1:])
-print("to stderr", file=sys.stderr)
+print("Traceback (most recent call last):\\n  at\\nValueError: wrong", file=sys.stderr)
 pathlib.Path(__file__).with_name("talked").write_text(str(os.getpid()))
 """,
     # It ends when `talk` has ended, and the launch has seen so.
@@ -175,7 +175,10 @@ def test_bad_launch_files_are_errors(tmp_path: Path, text: str) -> None:
 
 
 def test_output_is_labelled_and_one_end_ends_all(tmp_path: Path, ros2: Ros2) -> None:
-    """Only stderr is shown of a node without `output: screen`; all is in the log file."""
+    """Only stderr is shown of a node without `output: screen`; all is in the log file.
+
+    A traceback is shown, but not that of a program that Ctrl-C has interrupted.
+    """
     write(tmp_path, """
 - arg: {name: word}
 - node: {pkg: fake, exec: wait}
@@ -185,13 +188,17 @@ def test_output_is_labelled_and_one_end_ends_all(tmp_path: Path, ros2: Ros2) -> 
     done = ros2("launch", "fake", "t.launch.yaml", "word:=hello")
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
-    assert {"[talk-2] hello --ros-args", "[talk-2] to stderr"} <= set(lines)
+    assert {"[talk-2] hello --ros-args", "[talk-2]   at", "[talk-2] ValueError: wrong"} <= {*lines}
     assert "[wait-1] up" not in lines
     assert "[INFO] [wait-1]: sending signal 'SIGINT' to process[wait-1]" in lines
     assert any(line.startswith("[ERROR] [fail-3]: process has died [pid ") for line in lines)
     assert any(line.startswith("[INFO] [talk-2]: process has finished cleanly") for line in lines)
     (log,) = (tmp_path / "log").glob("*/launch.log")
-    assert set(lines) <= {line.partition(" ")[2] for line in log.read_text().splitlines()}
+    logged = [line.partition(" ")[2] for line in log.read_text().splitlines()]
+    assert set(lines) <= set(logged)
+    assert "[wait-1] KeyboardInterrupt" in logged
+    assert not [line for line in lines if line.startswith("[wait-1]")]
+    assert any(line.startswith("[INFO] [wait-1]: process was interrupted [pid ") for line in lines)
 
 
 def test_a_launch_that_cannot_be_is_a_failure(tmp_path: Path, ros2: Ros2) -> None:

@@ -1,6 +1,7 @@
 """Messages from and to text, definitions of interfaces, and what a command refuses."""
 
 import subprocess
+import time
 from collections.abc import Callable
 
 import pytest
@@ -27,6 +28,8 @@ def test_messages_from_yaml() -> None:
     path = message_from_yaml(JointTrajectory, "{points: [{time_from_start: {sec: 2}}, {}]}")
     assert [point.time_from_start.sec for point in path.points] == [2, 0]
     assert message_from_yaml(String, "{data: 5}").data == "5"
+    before, now = time.time(), message_from_yaml(Imu, "{header: {stamp: now}}").header.stamp
+    assert before - 1e-6 <= now.sec + 1e-9 * now.nanosec <= time.time()
 
 
 @pytest.mark.parametrize(("kind", "text", "reason"), [
@@ -74,10 +77,11 @@ def test_interfaces_are_shown_with_what_they_contain(ros2: Ros2) -> None:
     bare = ros2("interface", "show", "--no-comments", "std_srvs/srv/SetBool").stdout
     assert bare == "bool data\n---\nbool success\nstring message\n"
     assert "    std_srvs/srv/SetBool\n" in ros2("interface", "list", "-s").stdout
+    assert "std_srvs/srv/SetBool\n" in ros2("interface", "package", "std_srvs").stdout
 
 
 @pytest.mark.parametrize(("command", "status", "reason"), [
-    ("bag record", 1, "ros2 bag is not part of ros2_commands"),
+    ("bag record", 1, "ros2 bag is not part of ros2_commands: record with the launch"),
     ("interface show std_msgs/msg/Nothing", 1, "Could not find the interface"),
     ("run nope x", 1, "Package 'nope' not found"),
     ("service call /x std_srvs/msg/Empty", 1, "The passed service type is invalid"),

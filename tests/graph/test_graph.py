@@ -2,7 +2,8 @@
 
 import math
 import os
-import signal
+import re
+import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,14 +14,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from action_msgs.msg import GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
 from door_impact_evaluation.demo import passage
 from door_impact_evaluation.run import evaluation, simulation_log
-from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
+from door_impact_msgs.action import ExecuteDoorImpact, Walk, WalkThroughDoor
 from door_impact_msgs.msg import ImpactPlan
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
 from hrp2_description.robot import load_robot_config
-from processes import GUARD
+from processes import GUARD, find_ros2
 from rclpy.action import ActionClient
 from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import Trigger
@@ -33,6 +35,7 @@ SUCCEEDED = 4
 STILL = 6e-3  # [rad]: noise of the sensors makes the stabilizer move an ankle by up to 4.8 mrad
 DURATION = 0.15  # [s] of a push
 Codes = PlanDoorImpact.Response
+README = Path(__file__).resolve().parents[2] / "README.md"
 
 
 def positions(graph: Any) -> np.ndarray:
@@ -42,13 +45,13 @@ def positions(graph: Any) -> np.ndarray:
 @contextmanager
 def executor(graph: Any, kind: Any = ExecuteDoorImpact, name: str = "/execute_door_impact",
              ) -> Iterator[Callable[..., list[Any]]]:
-    """Sends goals at once, and returns the futures of the results of those that are accepted."""
+    """Sends goals at once, and returns the futures of their results."""
     client = ActionClient(graph.node, kind, name)
 
     def send(*goals: dict[str, Any]) -> list[Any]:
         sent = [client.send_goal_async(kind.Goal(**goal)) for goal in goals]
         handles = [graph.result(future, "an answer to a goal") for future in sent]
-        return [handle.get_result_async() for handle in handles if handle.accepted]
+        return [handle.get_result_async() for handle in handles]
 
     try:
         graph.spin_until(client.server_is_ready, "the action")
@@ -162,25 +165,13 @@ def test_a_dry_run_succeeds_and_a_goal_that_makes_no_sense_is_aborted(
     assert max(np.abs(np.array(m.position) - rest).max() for m in heard) < STILL
 
 
-@contextmanager
-def frozen(graph: Any) -> Iterator[None]:
-    """The simulation, its clock included, stands still meanwhile."""
-    bridges = graph.simulations()
-    for pid in bridges:
-        os.kill(pid, signal.SIGSTOP)
-    try:
-        yield
-    finally:
-        for pid in bridges:
-            os.kill(pid, signal.SIGCONT)
-
-
 @pytest.mark.parametrize("how", ["/sim/reset", "a simulation that hangs"])
 def test_what_ends_the_only_motion(graph: Any, plan: ImpactPlan, how: str) -> None:
-    """Of two goals at once one runs; after its end the executor takes a goal again."""
+    """Of two goals at once one runs, which the other is told; after its end one may run again."""
     graph.reset()
     with executor(graph) as send:
-        (future,) = send({"plan_id": plan.plan_id}, {"plan_id": plan.plan_id})
+        future, second = send({"plan_id": plan.plan_id}, {"plan_id": plan.plan_id})
+        assert "a hit is being executed" in graph.result(second).result.message
         rest = positions(graph)
         graph.listen(JointState, "/joint_states", lambda got: future.done() or np.abs(
             np.array(got[-1].position) - rest).max() > 0.1)
@@ -188,7 +179,7 @@ def test_what_ends_the_only_motion(graph: Any, plan: ImpactPlan, how: str) -> No
             assert graph.call(Trigger, how).success
             ended = graph.result(future).result
         else:  # its silence is measured by the computer's steady clock
-            with frozen(graph):
+            with graph.frozen("hrp2_sim_bridge"):
                 ended = graph.result(future).result
             assert "no message has arrived on " in ended.message
         assert ended.error_code == ExecuteDoorImpact.Result.STOPPED, ended.message
@@ -234,18 +225,46 @@ class Passage:
 
 
 @pytest.fixture(scope="module")
-def passed(graph: Any, identified: Any) -> Passage:
-    """The robot hits the identified door and walks through it."""
+def printed() -> tuple[str, str]:
+    """The commands of the README's section Use, and the last one of them."""
+    use = README.read_text(encoding="utf-8").split("## Use\n")[1].split("```sh\n")[1]
+    commands = use.split("```")[0].replace(". .venv/bin/activate\n", "").strip()
+    before, _, last = commands.rpartition("\n")
+    assert "/walk_through_door" in before
+    assert " /walk " in last
+    return before, last
+
+
+def typed(commands: str, runs: int) -> None:
+    """Type commands into a shell; as many as `runs` are answered, each with success."""
+    path = f"{Path(find_ros2()).parent}:{os.environ['PATH']}"
+    done = subprocess.run(["bash", "-ec", commands], env={**os.environ, "PATH": path}, text=True,
+                          capture_output=True, timeout=GUARD, check=False)
+    answers = re.findall(r"success[=:] ?(\w+)", done.stdout)
+    assert (done.returncode, [answer.lower() for answer in answers]) == (0, ["true"] * runs), (
+        f"{answers} {done.stdout[-5000:]}{done.stderr}")
+
+
+def last_result(graph: Any, kind: Any, name: str) -> Any:
+    """The result of the last goal of an action, whoever has sent it."""
+    goals = graph.last(GoalStatusArray, f"{name}/_action/status", latched=True).status_list
+    return graph.call(kind.Impl.GetResultService, f"{name}/_action/get_result",
+                      goal_id=goals[-1].goal_info.goal_id).result
+
+
+@pytest.fixture(scope="module")
+def passed(graph: Any, identified: Any, printed: tuple[str, str]) -> Passage:
+    """The robot does what the README prints: hits, walks, hits again, and walks through."""
     graph.reset()
-    with executor(graph, WalkThroughDoor, "/walk_through_door") as send:
-        (future,) = send({})
-        result = graph.result(future, "the end of the passage").result
+    typed(printed[0].replace('WalkThroughDoor "{}"',
+                             'WalkThroughDoor "{include_trajectories: true}"'), 10)
+    result = last_result(graph, WalkThroughDoor, "/walk_through_door")
     assert result.success, result.message
     graph.listen(JointState, "/joint_states", lambda got: len(got) > 600)  # it must stand on
     saved = graph.call(Trigger, "/hrp2_sim_bridge/save_log")
     assert saved.success, saved.message
     log = simulation_log.load(Path(saved.message), 0.0)
-    hit = evaluation.impact(log.motion, 1.0)
+    hit = evaluation.impact(log.motion, 1.0, since=result.contact_time - 0.5)
     contact, peak = (float(log.motion.t[at]) for at in (hit.contact.start, hit.peak))
     support = evaluation.support(log.motion, load_robot_config(), window=evaluation.WINDOW)
     truth = passage.figures(result, "paper", log, SimpleNamespace(
@@ -266,6 +285,18 @@ def test_the_robot_walks_through_the_door(passed: Passage) -> None:
     assert truth["min_clearance_mm"] > 25.0
     assert truth["min_margin_mm"] > 10.0
     assert motion.door_angle[-1] < np.radians(1.0)
+
+
+def test_beyond_the_door_it_walks_on(graph: Any, passed: Passage, printed: tuple[str, str]) -> None:
+    """With the README's last command; back through the shut door it does not."""
+    typed(printed[1], 1)
+    with executor(graph, Walk, "/walk") as send:
+        (future,) = send({})
+        refused = graph.result(future, "an answer").result
+    assert refused.error_code == Walk.Result.INFEASIBLE
+    assert "in the way after" in refused.message
+    gone = last_result(graph, Walk, "/walk").pose.pose.position
+    assert gone.y < passed.log.motion.base_position[-1, 1] - 1.0
 
 
 def test_what_is_said_of_the_passage_is_what_happened(passed: Passage) -> None:

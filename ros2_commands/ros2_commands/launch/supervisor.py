@@ -75,8 +75,20 @@ class _Child:
             reader.start()
 
     def _pass_on(self, stream: IO[bytes], on_screen: bool) -> None:
+        traceback: list[str] = []  # whose last line is still to come
         for line in stream:
             text = line.decode("utf-8", "replace").rstrip("\n")
+            if text.startswith("Traceback (") or (traceback and text[:1].isspace()):
+                traceback.append(text)
+                continue
+            # Where Ctrl-C met a program, as in its imports, is of no use to who pressed it.
+            self._write([*traceback, text], on_screen and not (
+                traceback and text.startswith("KeyboardInterrupt")))
+            traceback = []
+        self._write(traceback, on_screen)
+
+    def _write(self, lines: list[str], on_screen: bool) -> None:
+        for text in lines:
             self._log.write(f"[{self.spec.label}] {text}", on_screen)
 
     def report_end(self) -> None:
@@ -84,8 +96,9 @@ class _Child:
         for reader in self._readers:
             reader.join(_LAST_LINES)  # a grandchild may hold the stream open
         code, pid, label = self.process.returncode, self.process.pid, self.spec.label
-        if code == 0:
-            self._log.say("INFO", label, f"process has finished cleanly [pid {pid}]")
+        if code in (0, -signal.SIGINT):
+            how = "was interrupted" if code else "has finished cleanly"
+            self._log.say("INFO", label, f"process {how} [pid {pid}]")
             return
         command = " ".join(self.spec.command)
         text = f"process has died [pid {pid}, exit code {code}, cmd '{command}']."

@@ -26,6 +26,7 @@ setup(
     entry_points={
         "console_scripts": [
             "recorder = door_impact_bringup.recorder_node:main",
+            "up = door_impact_bringup.up:main",
             "scene_publisher = door_impact_bringup.scene_publisher_node:main",
         ],
     },

@@ -11,7 +11,6 @@ import numpy as np
 import pybullet
 import pytest
 from door_impact_bringup import door_scene
-from door_impact_common.errors import SettingError
 from door_impact_view.scene.urdf import read_urdf
 from door_model.door.config import load_door
 from door_model.door.frame import frame_boxes
@@ -101,10 +100,3 @@ def test_the_description_has_the_boxes_of_the_frame() -> None:
     shapes = [shape for shape in read_urdf(text).shapes if shape.link == door_scene.FRAME]
     assert [shape.color[3] < 255 for shape in shapes] == [
         box.name.startswith("wall") for box in boxes]
-
-
-def test_an_unsurveyed_door_is_an_error() -> None:
-    """The error names the parameter that is missing."""
-    with pytest.raises(SettingError, match="hinge_x") as caught:
-        door_scene.frame_pose(DISTANCE, math.nan)
-    assert caught.value.setting == "hinge_x"

@@ -39,8 +39,8 @@ class GuardedNode(Node):
     An unforeseen exception is a fault of the program. It must not end the graph with a robot in
     motion: the error is logged, with its traceback the first time that this callback fails so,
     and the node goes on. A service answers with the reason; if a callback for parameters fails,
-    they stay as they are. rclpy itself guards the
-    execution of an action; what accepts and cancels goals can be given to `guarded`.
+    they stay as they are. rclpy itself guards the execution of an action; what accepts and cancels
+    goals can be given to `guarded`.
 
     Attributes:
         failures: Number of exceptions by callback and type, such as "a timer failed, a fault of

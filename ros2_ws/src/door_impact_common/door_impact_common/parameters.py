@@ -14,6 +14,9 @@ from door_impact_common.errors import SettingError
 FRAME_PREFIX = ("", "text before the name of each frame in messages, such as robot1/")
 """Default and description of the parameter `frame_prefix`, for the tables of nodes with frames."""
 
+_FILE = (', as in --ros-args --params-file "$(ros2 pkg prefix --share door_impact_bringup)'
+         '/config/params.yaml"')  # NaN is the default of what a node cannot guess
+
 
 class Parameters:
     """Parameters of a node, declared together and checked when they are read.
@@ -69,7 +72,7 @@ class Parameters:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise SettingError(name, value, "a finite number")
         if not math.isfinite(value):
-            raise SettingError(name, value, "a finite number")
+            raise SettingError(name, value, "a finite number" + _FILE * math.isnan(value))
         if not low <= value <= high:
             raise SettingError(name, value, _range(low, high))
         return float(value)

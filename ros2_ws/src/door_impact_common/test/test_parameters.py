@@ -38,7 +38,7 @@ def test_a_value_may_come_as_people_type_it(reading, given, read, found):
 
 @pytest.mark.parametrize(("given", "read", "limit"), [
     ("2.0", lambda p: p.number("value"), "finite"),
-    (math.nan, lambda p: p.number("value"), "finite"),
+    (math.nan, lambda p: p.number("value"), r"config/params\.yaml"),
     (2, lambda p: p.number("value", 3.0, 4.0), "from 3 to 4"),
     (2.5, lambda p: p.whole("value"), "whole"),
     ("other", lambda p: p.choice("value", ("one", "two")), "one or two")])

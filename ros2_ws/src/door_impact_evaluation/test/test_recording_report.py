@@ -4,6 +4,7 @@ import base64
 import json
 import math
 import re
+from operator import itemgetter
 
 import numpy as np
 import pytest
@@ -88,7 +89,8 @@ def hardware(start=EPOCH):
             ("/tf", t, transform(t, "trunk", t - start, 0.0, 0.8)),
             ("/door_angle", t, joints(t, "door_hinge", 0.1 * (t - start))),
             ("/zmp", t, place(t, 0.04, 0.0, 0.0)), ("/com", t, place(t, 0.0, 0.0, 0.7)),
-            ("/support_polygon", t, polygon(t)), ("/left_foot/wrench", t, wrench(t, 300.0)))),
+            ("/support_polygon", t, polygon(t)), ("/left_foot/wrench", t, wrench(t, 300.0)),
+            ("/left_wrist/wrench", t, wrench(t, 30.0)))),
     ]
 
 
@@ -139,7 +141,8 @@ def test_a_recording_of_hardware_becomes_a_page(tmp_path, capsys):
     np.testing.assert_allclose(door["base"][:3], [-0.4, -0.7, 0.0], atol=1e-6)
     plots = {plot["title"]: plot["curves"][0]["values"] for plot in data["plots"]}
     np.testing.assert_allclose(plots["ZMP margin"], 60.0, atol=1e-3)
-    np.testing.assert_allclose(plots["Force on feet and hands"], 300.0)
+    np.testing.assert_allclose(plots["Force at the foot"], 300.0)
+    np.testing.assert_allclose(plots["Force at the wrist"], 30.0)
     assert t[-1] == pytest.approx(1.99, abs=1e-3)
     assert data["events"] == data["phases"] == []
 
@@ -235,6 +238,28 @@ def moved(rows):
     """The description of the robot and joint states on `/joint_states`, each received when made."""
     return [("/robot_description", EPOCH, text(ROBOT)), *(
         ("/joint_states", t, joints(t, **named)) for t, named in rows)]
+
+
+@pytest.mark.parametrize(("names", "moves", "said"), [
+    (("elbow", "wrist"), True, ""),
+    (("robot1/elbow", "robot1/wrist"), True, "have the prefix robot1/"),
+    (("r_elbow", "r_elbow_2"), True, "have the prefix r_"),
+    (("robot1/elbow", "robot2/elbow"), False, "there are robot1/elbow, robot2/elbow, but in the "
+     "description elbow"),
+    (("shoulder",), False, "No joint on /joint_states is in the description")])
+def test_joints_of_other_names_than_the_descriptions_are_said(tmp_path, names, moves, said):
+    """A prefix that is common to all, also of the base's frame, is left out."""
+    root = f"{names[0].removesuffix('elbow') if moves else ''}trunk"
+    rows = [row for row in hardware() if row[0] not in ("/joint_states", "/tf")]
+    for t in times():
+        rows += [("/joint_states", t, joints(t, **dict.fromkeys(names, t - EPOCH))),
+                 ("/tf", t, transform(t, root, t - EPOCH, 0.0, 0.8))]
+    record(tmp_path / "run.mcap", sorted(rows, key=itemgetter(1)))
+    (run,) = read_runs(tmp_path / "run.mcap")
+    assert ("elbow" in run.robot.joints) is moves
+    assert len(run.robot.base.t) == len(times())
+    assert said in " ".join(run.notes)
+    assert bool(said) == bool(run.notes)
 
 
 def test_a_joint_that_is_nan_is_named_and_the_others_move(tmp_path):

@@ -1,11 +1,12 @@
 """The replay of a run by the simulation's log, and the page of a demonstration."""
 
 import base64
+from collections import defaultdict
 from types import SimpleNamespace as Some
 
 import numpy as np
 import pytest
-from door_impact_evaluation.report import report
+from door_impact_evaluation.report import report, table
 from door_impact_evaluation.report.recorded_run import padded
 from door_impact_evaluation.report.replay import replay_of
 from door_impact_evaluation.report.run_replay import run_of_log
@@ -78,6 +79,46 @@ def test_polygons_of_any_number_of_corners_fit_in_one_array():
     np.testing.assert_array_equal(found[0, :, :2], triangle[[0, 1, 2, 2]])
     assert np.isnan(found[1]).all()
     np.testing.assert_array_equal(found[2, :, :2], square)
+
+
+@pytest.mark.parametrize(("held", "passage"), [(25.2, None), (None, {
+    "time_s": 21.34, "steps": 11, "hand_force_n": 31.0, "leaf_angle_error_deg": None,
+    "min_clearance_mm": 42.0, "min_margin_mm": 20.0})])
+def test_a_door_that_was_walked_through_was_not_held(held, passage):
+    """Then the table has rows of the passage; those of the held door are for one that was held."""
+    one = defaultdict(lambda: 1.0)
+    rows = {row.name: row.measured for row in table.rows({
+        "identified": defaultdict(lambda: one), "plan": one, "impact": one, "passage": passage,
+        "door": {"target_deg": 25.0, "peak_deg": 25.3, "error_deg": 0.3, "held_deg": held},
+        "robot": {"gear_load": {"knee": 0.5}, "foot_slip_mm": 0.1, "fell": False},
+        "zmp": {"measured_min_margin_mm": {"cam": 9.0}}, "run": {"engine": "mujoco"}}, 24.0)}
+    assert ("angle at which the hand holds the door" in rows) == (held is not None)
+    assert [rows.get(name) for name in (
+        "first motion to clear of the door", "steps through the door",
+        "smallest distance from leaf and frame",
+        "error: largest of the leaf's angle against the plan")] == (
+            [None] * 4 if passage is None else ["21.3", "11", "42.0", "-"])
+
+
+@pytest.mark.parametrize(("peak", "shown"), [(-0.003, ["-"] * 4), (24.96, [
+    "0.400", "24.96", "-0.04", "24.90"])])
+def test_the_table_has_dashes_where_the_door_was_not_opened(peak, shown):
+    """Speed of the door, largest angle, its error and the held angle; no -0.00."""
+    names = ("i_a", "c_c", "k_c", "tau_c0_prime")
+    summary = {
+        "identified": {name: {"value": 1.0, "std": 0.1} for name in names},
+        "run": {"engine": "mujoco"}, "zmp": {"measured_min_margin_mm": {"cam": 20.0}},
+        "robot": {"fell": peak < 0.0, "gear_load": {"RARM_JOINT0": 0.5}, "foot_slip_mm": 0.1},
+        "plan": dict.fromkeys(("i_rob", "b_r", "a_r", "l_b", "effective_mass_planar",
+                               "effective_mass", "omega_door", "v_rb"), 1.0),
+        "door": {"target_deg": 25.0, "peak_deg": peak, "error_deg": peak - 25.0, "held_deg": 24.9},
+        "passage": None,
+        "impact": {"omega_door_measured": 0.4, "v_rb_measured": 0.4, "pad_force_n": 9.0,
+                   "switch_latency_ms": None, "contacts_before_peak": 1}}
+    rows = {row.name: row.measured for row in table.rows(summary, caught_deg=23.0)}
+    assert [rows[name] for name in (
+        "door speed after the hit w', measured", "largest opening angle",
+        "error: largest less desired angle", "angle at which the hand holds the door")] == shown
 
 
 def test_the_page_of_a_demonstration_is_one_file(tmp_path):

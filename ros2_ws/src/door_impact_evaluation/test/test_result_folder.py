@@ -3,7 +3,8 @@
 import signal
 
 import pytest
-from door_impact_evaluation.demo import demo, demo_runner_node
+from door_impact_bringup import graph
+from door_impact_evaluation.demo import demo
 from door_impact_evaluation.demo.demo import LOG, UNFINISHED, ResultFolder
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import report
@@ -27,7 +28,7 @@ def out(tmp_path):
 @pytest.fixture
 def demonstrate(out, monkeypatch):
     """Runs the command with a demonstration that writes some files and ends in a given way."""
-    monkeypatch.setattr(demo_runner_node, "refuse_running_graph", lambda: None)
+    monkeypatch.setattr(graph, "refuse_running_graph", lambda: None)
     monkeypatch.setattr(signal, "signal", lambda *_: None)
 
     def run(names, error=None):

@@ -107,6 +107,24 @@ def test_rows_of_other_versions_or_cases_do_not_count(address, tmp_path, capsys)
         running.run_case(row | {"numpy_version": "1.0"}, WALK.run)
 
 
+@pytest.mark.parametrize(("workers", "preload", "said"), [
+    (0, "", "no worker for 1 s: start one"),
+    (1, "import sys; sys.modules['door_impact_evaluation'] = None", "cannot run this.*No module"),
+    (1, "import pinocchio; pinocchio.__version__ = '1.0'", "pinocchio_version.*the worker.*'1.0'"),
+    (1, "import dask; dask.__version__ = '1.0'", "dask_version.*the worker.*'1.0'")])
+def test_a_cluster_that_cannot_run_a_sweep_is_told_at_once(
+        tmp_path, monkeypatch, workers, preload, said):
+    """Without a worker, and with one that lacks the package or has another version."""
+    (tmp_path / "first.py").write_text(preload)
+    if not workers:
+        monkeypatch.setattr(running, "_PATIENCE", 1.0)
+    with LocalCluster(
+        n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0",
+        scheduler_kwargs={"dashboard": False}, preload=str(tmp_path / "first.py"),
+    ) as cluster, pytest.raises(EvaluationError, match=said):
+        swept(walks(tmp_path), 1, tmp_path, cluster.scheduler_address)
+
+
 def test_the_same_walk_is_the_same_row_on_every_worker(address, tmp_path):
     """A walk of 0.2 m on slippery, soft soles stands and arrives; its row is equal bit for bit."""
     case = draw(1, 1)[0] | {"goal": [0.2, 0.0, 0.0], "friction": 0.5, "rubber_scale": 0.8}

@@ -5,6 +5,7 @@
 
 import math
 from collections import namedtuple
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from humanoid_motion.driver_interface import TrajectoryArrays
 from humanoid_motion.kinematics import planar_pose, yaw_of
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.zmp import zmp_of
+from robot_driver.foot_doubts import FootDoubts, lifted
 from walking.footsteps.footstep import Pose, Stance
 from walking.footsteps.planner import plan_footsteps
 from walking.pattern.plan import plan_walk
@@ -189,6 +191,35 @@ def test_the_support_polygon_is_that_of_the_soles_that_bear_load(arc, found):
         assert polygon_margin(reading.polygon, truth).min() > -0.005
     assert seen == {("left",), ("right",), ("left", "right")}
     assert apart > 0.1
+
+
+@pytest.mark.parametrize(("part", "factor", "offset", "told"), [
+    ({}, 1.0, 0.0, {}),
+    ({"left": [2]}, 1.0, 45.0, {"left": "force.z"}),
+    ({"right": [2]}, 1.0, -60.0, {"right": "force.z"}),
+    ({"right": [0]}, 1.0, 20.0, {"right": "force.x"}),
+    ({"left": [3, 4], "right": [3, 4]}, -1.0, 0.0, dict.fromkeys(
+        SIDES, "(-torque.x, -torque.y) fits")),
+    ({"right": [4]}, -1.0, 0.0, {"right": "(torque.x, -torque.y) fits"})])
+def test_a_foots_sensor_that_lies_is_named_in_a_walk(arc, found, part, factor, offset, told):
+    """Its value is that of the lifted foot, which supports nothing; a good one is not doubted."""
+    def wrong(tick):
+        rows = {side: getattr(tick, f"{side}_wrench").copy() for side in SIDES}
+        for side, columns in part.items():
+            rows[side][columns] = factor * rows[side][columns] + offset
+        return replace(tick, **{f"{side}_wrench": row for side, row in rows.items()})
+
+    ticks = list(map(wrong, arc.ticks))
+    watch, seen = FootDoubts(RobotModel(ROBOT)), followed(arc._replace(ticks=ticks), start=START)
+    for tick, (pose, _, reading), (before, _, _) in zip(ticks, seen, found, strict=True):
+        watch.add(tick.measured, pose.base, pose.soles)
+        assert lifted(pose.soles) not in reading.loaded
+        assert pose.base == pytest.approx(before.base, abs=2e-3)
+    doubts = {each.topic.removesuffix("_foot/wrench"): each for each in watch.found}
+    assert set(doubts) == set(told)
+    for side, doubt in doubts.items():
+        assert told[side] in doubt.text
+        assert not offset or doubt.value == pytest.approx(offset, abs=0.5)
 
 
 @pytest.mark.nightly("tens of seconds each")

@@ -7,7 +7,6 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import numpy as np
@@ -54,7 +53,7 @@ class _Sides(Part, Generic[T]):
     right: T
 
     def mapping(self) -> Mapping[str, T]:
-        return MappingProxyType({"left": self.left, "right": self.right})
+        return {"left": self.left, "right": self.right}
 
 
 class _Row(Part):
@@ -176,9 +175,7 @@ def _build(file: _File, urdf: Urdf) -> RobotConfig:
         upper=_frozen(limits[:, 1]),
         velocity_limit=_frozen(limits[:, 2]),
         effort_limit=_frozen(limits[:, 3]),
-        soles=MappingProxyType(
-            {"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)}
-        ),
+        soles={"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)},
         braced_posture=_radians(file.braced_posture_deg),
         tucked_posture=_radians(file.tucked_posture_deg or {}),
         urdf_path=urdf.path,
@@ -193,7 +190,7 @@ def _build(file: _File, urdf: Urdf) -> RobotConfig:
 
 
 def _radians(posture: dict[str, float]) -> Mapping[str, float]:
-    return MappingProxyType({name: math.radians(deg) for name, deg in posture.items()})
+    return {name: math.radians(deg) for name, deg in posture.items()}
 
 
 def _drives(file: _File, names: tuple[str, ...]) -> Drives | None:

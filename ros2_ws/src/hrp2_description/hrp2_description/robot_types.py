@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, TypeVar
 
 import numpy as np
@@ -348,7 +347,7 @@ class RobotConfig:
     imu_frame: str | None = None
     wrist_sensors: Mapping[str, WristSensor] | None = None
     footsteps: StepLimits | None = None
-    tucked_posture: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    tucked_posture: Mapping[str, float] = field(default_factory=dict)
     chest_yaw: str | None = None
     doubts: tuple[str, ...] = ()
 

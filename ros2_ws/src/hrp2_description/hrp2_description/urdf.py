@@ -25,6 +25,10 @@ _MASSES = (1.0, 1000.0)  # of a humanoid [kg]
 _GYRATION = 2.0  # largest radius of gyration of a link, one of 7 m [m]
 _DENSEST = 22600.0  # osmium [kg/m^3]
 _ROUNDING = 0.01  # share of the largest moment of inertia that counts as rounded digits
+_TINY = 1e-6  # share of the largest moment of inertia, or that of a ball, that counts as 0
+# How many numbers attributes of links and joints have; others that are read have one.
+_COUNTS = {"xyz": 3, "rpy": 3, "size": 3, "scale": 3, "radius": 1, "length": 1}
+_TURN = 2.01 * math.pi  # largest angle of an origin [rad]
 _UNIT = 1e-3  # largest deviation of an axis' length
 _FASTEST, _STRONGEST = 60.0, 5000.0  # limits of joints that are improbable [rad/s], [N m]
 # Differences of links of the two legs that are improbable: of the centre [m]; of the rest, a share.
@@ -52,11 +56,15 @@ class Urdf:
         self.links, self.joints = (_by_name(robot.findall(kind)) for kind in ("link", "joint"))
         self.tree = self._from_the_root()
         for name, element in [*self.links.items(), *self.joints.items()]:
-            for origin in element.iter("origin"):
-                xyz = _numbers(origin, "xyz", f"origin in {name} [m]", "0 0 0")
-                if np.linalg.norm(xyz) > LARGEST:
-                    raise RobotConfigError(
-                        f"origin in {name} [m]", value=xyz, limit=f"{LARGEST:g} m at most (mm?)")
+            for part in element.iter():
+                read = {key: _numbers(part, key, f"{part.tag} {key} in {name}")
+                        for key in part.attrib if key in _COUNTS}
+                if part.tag == "origin" and np.linalg.norm(read.get("xyz", 0.0)) > LARGEST:
+                    raise RobotConfigError(f"origin in {name} [m]", value=read["xyz"],
+                                           limit=f"{LARGEST:g} m at most (mm?)")
+                if max(map(abs, read.get("rpy", [0.0]))) > _TURN:
+                    raise RobotConfigError(f"origin rpy in {name} [rad]", value=read["rpy"],
+                                           limit="up to 2 pi (degrees?)")
 
     def _from_the_root(self) -> list[tuple[str, str, str]]:
         ends = {name: (_end(name, joint, "parent"), _end(name, joint, "child"))
@@ -76,9 +84,8 @@ class Urdf:
         """Return the origin xyz [m] and rpy [rad] of a joint in its parent link, and its axis."""
         element = self.joints[joint]
         origin, axis = element.find("origin"), element.find("axis")
-        return (_numbers(origin, "xyz", f"origin of {joint}", "0 0 0"),
-                _numbers(origin, "rpy", f"origin of {joint}", "0 0 0"),
-                _numbers(axis, "xyz", f"axis of {joint}", "1 0 0"))
+        return (_numbers(origin, "xyz", default="0 0 0"), _numbers(origin, "rpy", default="0 0 0"),
+                _numbers(axis, "xyz", default="1 0 0"))
 
     def mass(self, moving: Sequence[str]) -> float:
         """Return the mass of all links [kg].
@@ -183,11 +190,11 @@ def _mirrored(left: ET.Element, right: ET.Element) -> bool:
     rows = []
     for link in (left, right):
         inertial = link.find("inertial")
-        if inertial is None or _numbers(inertial.find("origin"), "rpy", "", "0 0 0") != [0.0] * 3:
+        origin = None if inertial is None else inertial.find("origin")
+        if inertial is None or any(_numbers(origin, "rpy", default="0 0 0")):
             return True  # cannot be told
         rows.append(np.array([
-            *_numbers(inertial.find("origin"), "xyz", "", "0 0 0"), *_mass_and_inertia("", inertial)
-        ]))
+            *_numbers(origin, "xyz", default="0 0 0"), *_mass_and_inertia("", inertial)]))
     one, other = rows
     other = other * [1, -1, 1, 1, 1, -1, 1, 1, -1, 1]
     # Tolerances of x, y, z, of the mass, and of the inertia.
@@ -213,15 +220,19 @@ def _end(name: str, joint: ET.Element, kind: str) -> str:
     return link.attrib["link"]
 
 
-def _numbers(element: ET.Element | None, key: str, what: str, default: str = "none") -> list[float]:
+def _numbers(
+    element: ET.Element | None, key: str, what: str = "", default: str = "none"
+) -> list[float]:
     text = default if element is None else element.attrib.get(key, default)
+    count = _COUNTS.get(key, 1)
     try:
-        numbers = [float(each) for each in text.split()]
-        if numbers and all(map(math.isfinite, numbers)):
+        numbers = [float(each) for each in text.replace("_", "?").split()]
+        if len(numbers) == count and all(map(math.isfinite, numbers)):
             return numbers
     except ValueError:
         pass
-    raise RobotConfigError(what, value=text, limit="finite numbers")
+    raise RobotConfigError(what, value=text, limit="a finite number" if count == 1 else
+                           f"{count} finite numbers with spaces between, without units")
 
 
 def _inertial(name: str, link: ET.Element) -> tuple[float, Array]:
@@ -231,9 +242,10 @@ def _inertial(name: str, link: ET.Element) -> tuple[float, Array]:
         return 0.0, np.zeros(3)
     mass, xx, xy, xz, yy, yz, zz = _mass_and_inertia(name, inertial)
     moments: Array = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-    least, middle, most = moments.tolist()
     # A frame may have no mass, and a point mass no moments; both must be fixed to a body.
     ball = 0.4 * mass * (0.75 * max(mass, 0.0) / (math.pi * _DENSEST)) ** (2.0 / 3.0)
+    moments[np.abs(moments) < _TINY * max(np.abs(moments).max(), ball)] = 0.0
+    least, middle, most = moments.tolist()
     limit = ""
     if not mass >= 0.0 or (mass == 0.0 and most != 0.0):
         limit = "a mass above 0"
@@ -262,8 +274,8 @@ def _limits(name: str, joint: ET.Element) -> list[float]:
         raise RobotConfigError(
             f"joint {name} has a type that cannot be used", value=kind,
             limit="revolute, without mimic")
-    axis = _numbers(joint.find("axis"), "xyz", f"axis of {name}", "1 0 0")
-    if len(axis) != 3 or abs(float(np.linalg.norm(axis)) - 1.0) > _UNIT:
+    axis = _numbers(joint.find("axis"), "xyz", default="1 0 0")
+    if abs(float(np.linalg.norm(axis)) - 1.0) > _UNIT:
         raise RobotConfigError(f"axis of {name}", value=axis, limit="a vector of length 1")
     lower, upper, velocity, effort = (
         _numbers(joint.find("limit"), key, f"limit {key} of {name}")[0]

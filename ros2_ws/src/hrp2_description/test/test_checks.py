@@ -55,6 +55,11 @@ def robot(folder, urdf=URDF, yaml=YAML):
     ("RLEG_LINK3", lambda t: put(t, value=-1), "RLEG_LINK3 .*a mass above 0"),
     ("RLEG_LINK3", lambda t: put(t, value="nan"), "mass of RLEG_LINK3 .*finite"),
     ("RLEG_LINK3", lambda t: put(t, value="1,7"), "mass of RLEG_LINK3 .*1,7"),
+    ("torso", lambda t: put(t, rpy="0, 0, 0"), "origin rpy in torso .*0, 0, 0.*3 finite numbers"),
+    ("torso", lambda t: put(t, rpy="0 1.57"), "origin rpy in torso .*0 1.57"),
+    ("torso", lambda t: put(t, rpy="0 0 1.57rad"), "origin rpy in torso .*1.57rad.*without units"),
+    ("torso", lambda t: put(t, rpy="0 90 0"), r"origin rpy in torso .*\(degrees\?\)"),
+    ("RARM_JOINT2", lambda t: put(t, xyz="0 0"), "xyz in RARM_JOINT2 .*3 finite numbers"),
     ("RLEG_LINK3", lambda t: put(t, **dict.fromkeys(INERTIA, 0)), "RLEG_LINK3 behind RLEG_JOINT3"),
     ("RLEG_LINK3", lambda t: re.sub("<inertial>.*</inertial>", "", t, flags=re.S),
      "RLEG_LINK3 behind RLEG_JOINT3"),
@@ -108,6 +113,17 @@ def test_numbers_of_robot_yaml_in_another_unit_are_refused(tmp_path, old, new, m
         match = r"braced_posture_deg .*\(radians\?\)"
     with pytest.raises(RobotConfigError, match=match):
         robot(tmp_path, yaml=yaml)
+
+
+@pytest.mark.parametrize("most", [1e-4, 2.4e-35])
+def test_a_moment_of_inertia_that_is_negative_by_rounding_is_0(tmp_path, most):
+    """Of a part that is fixed to a body, as in a description that a program has written."""
+    rod = "".join(f' {key}="{value}"' for key, value in zip(
+        INERTIA, (-2.4e-35, 0, 0, most, 0, most), strict=True))
+    part = (f'<link name="rod"><inertial><mass value="0.1"/><inertia{rod}/></inertial></link>'
+            '<joint name="rod" type="fixed"><parent link="torso"/><child link="rod"/></joint>'
+            '</robot>')
+    assert robot(tmp_path, URDF.replace("</robot>", part)).mass == pytest.approx(58.1)
 
 
 def test_only_links_have_mass(tmp_path):

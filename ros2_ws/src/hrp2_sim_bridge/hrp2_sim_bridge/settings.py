@@ -7,6 +7,7 @@ arguments and checks them; the classes alone raise pydantic's errors.
 from __future__ import annotations
 
 import math
+from importlib.util import find_spec
 from typing import Annotated, Any, Literal, get_args
 
 from door_impact_common.documents import STRICT, Count, NotNegative, Number, Positive, number
@@ -17,6 +18,7 @@ TICK = 0.005  # HRP-2's control period [s]
 SAMPLE = 0.001  # period of the log and of the door's encoder [s]
 SAMPLES_PER_TICK = round(TICK / SAMPLE)
 _EngineName = Literal["pybullet", "mujoco"]
+_INSTALLED: _EngineName = "pybullet" if find_spec("pybullet") else "mujoco"
 _Sole = Literal["rigid", "rubber"]
 _Brace = Literal["contact", "rigid", "none"]
 ENGINES, SOLES, BRACES = get_args(_EngineName), get_args(_Sole), get_args(_Brace)
@@ -95,7 +97,7 @@ class WorldSettings:
         sensors: Noise and biases of the robot's sensors.
     """
 
-    engine: _EngineName = _setting("pybullet", "physics engine: pybullet or mujoco")
+    engine: _EngineName = _setting(_INSTALLED, "physics engine: pybullet or mujoco")
     gui: _Switch = _setting(False, "open the physics engine's window")
     time_step_coarse: _Step = _setting(0.0005, "physics step far from the leaf [s]")
     time_step_fine: _Step = _setting(0.00025, "physics step near the leaf [s]")

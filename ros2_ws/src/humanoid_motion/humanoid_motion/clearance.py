@@ -143,6 +143,27 @@ class BodyGeometry:
         """Pinocchio's geometry model of the shapes, in the order of `links`; do not change it."""
         return self._model
 
+    def seen_from_above(self) -> tuple[float, float, float, float]:
+        """Bound the robot in half-sitting: x_min, x_max, y_min, y_max [m].
+
+        They are those of the middle between the soles.
+        """
+        robot = self._robot
+        q = robot.configuration(np.zeros(3), robot.config.half_sitting)
+        placed = self._model.createData()
+        pin.updateGeometryPlacements(robot.model, self._data, self._model, placed, q)
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for item, place in zip(self._model.geometryObjects, placed.oMg, strict=True):
+            shape = coal.CollisionObject(
+                item.geometry, coal.Transform3s(place.rotation, place.translation))
+            shape.computeAABB()
+            box = shape.getAABB()
+            low, high = np.minimum(low, box.min_), np.maximum(high, box.max_)
+        middle = np.mean([robot.frame_position(q, foot.frame) for foot in robot.feet.values()],
+                         axis=0)
+        (x_min, y_min), (x_max, y_max) = ((edge - middle)[:2].tolist() for edge in (low, high))
+        return x_min, x_max, y_min, y_max
+
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
         """Names of the pairs of links that count, sorted."""

@@ -147,6 +147,11 @@ class RobotModel:
 
     # -- figures of one posture --------------------------------------------------------------
 
+    def folded_by(self, joints: ArrayLike) -> float:
+        """Return the largest distance of a joint of the upper body from half-sitting [rad]."""
+        legs = [column for columns in self.leg_columns.values() for column in columns]
+        return float(np.abs(np.delete(np.asarray(joints) - self.config.half_sitting, legs)).max())
+
     def com(self, q: Array) -> Array:
         """Compute the centre of mass in odom, (3,) [m]."""
         return np.array(pin.centerOfMass(self.model, self.data, q))

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 from door_impact_common.arrays import Array
 
 
@@ -23,6 +24,11 @@ class ImuSample:
     orientation: Array
     angular_velocity: Array
     specific_force: Array
+
+    @property
+    def rotation(self) -> Array:
+        """Rotation of the IMU's frame in the world, (3, 3)."""
+        return np.asarray(pin.Quaternion(self.orientation).normalized().matrix())
 
     @property
     def tilt(self) -> float:
@@ -53,7 +59,7 @@ class Measured:
     imu: ImuSample
     left_wrench: Array
     right_wrench: Array
-    time: float = 0.0
+    time: float
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,10 @@
-"""The robot, loaded once, and the posture in which it stands in most tests."""
+"""The posture in which the robot stands in most tests."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hrp2_description.robot import load_robot_config
-from humanoid_motion.robot_model import RobotModel, braced_upper_body
+from humanoid_motion.robot_model import braced_upper_body
 from humanoid_motion.whole_body import solve
 
 
@@ -27,12 +26,6 @@ class Stance:
 
     feet: dict
     posture: Posture
-
-
-@pytest.fixture(scope="session")
-def robot():
-    """The model of HRP-2."""
-    return RobotModel(load_robot_config())
 
 
 @pytest.fixture(scope="session")

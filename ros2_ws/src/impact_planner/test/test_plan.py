@@ -2,6 +2,9 @@
 
 import dataclasses
 import math
+import multiprocessing
+from copy import copy, deepcopy
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -32,6 +35,17 @@ def test_the_papers_door(plan):
     assert 45.0 < plan.effective_mass_planar < 48.0
     assert plan.l_b == pytest.approx(0.42, abs=1e-6)
     assert plan.hit.stance.step == pytest.approx(0.20, abs=1e-4)
+
+
+def test_robot_door_and_plans_can_be_copied_and_sent_to_another_process(robot, known, plan, arc):
+    """Also their configurations; plans of walks, too."""
+    parts = ((robot, "upper"), (robot.config, "half_sitting"), (known, "door"), (plan, "v_rb"),
+             (arc, "duration"))
+    with multiprocessing.get_context("spawn").Pool(1) as pool:
+        for thing, part in parts:
+            get = attrgetter(part)
+            for same in (pool.apply(get, (thing,)), get(copy(thing)), get(deepcopy(thing))):
+                np.testing.assert_equal(same, get(thing))
 
 
 def test_the_papers_speeds_are_those_of_eq_3_s_mass(robot, known, plan):

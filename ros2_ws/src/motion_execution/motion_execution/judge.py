@@ -14,7 +14,8 @@ def fell(tilt: float, limit: float) -> str:
     if not tilt > limit:
         return ""
     return (f"the robot fell: its trunk is tilted by {math.degrees(tilt):.1f} deg, at most "
-            f"{math.degrees(limit):.1f} deg are allowed")
+            f"{math.degrees(limit):.1f} deg are allowed; stand it up again (in the simulation: "
+            "sim/reset)")
 
 
 def farthest(position: Array, wanted: Array, names: Sequence[str] = ()) -> tuple[str, float]:

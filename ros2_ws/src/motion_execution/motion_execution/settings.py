@@ -1,4 +1,4 @@
-"""Thresholds of the execution of hits and walks."""
+"""Limits and waiting times with which hits and walks are executed."""
 
 from __future__ import annotations
 

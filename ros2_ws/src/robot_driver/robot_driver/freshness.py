@@ -57,6 +57,14 @@ class Freshness:
         """Return whether a message has arrived on each of some topics that is not optional."""
         return all(topic in self._stamps for topic in topics if topic not in self._optional)
 
+    def handled(self) -> float:
+        """Return the stamp up to which messages of all needed topics have arrived [s].
+
+        -inf before the first of a topic that is not optional.
+        """
+        return min((self._stamps.get(topic, float("-inf"))
+                    for topic in self._watched(self.needed)), default=float("-inf"))
+
     def _watched(self, topics: Sequence[str]) -> list[str]:
         return [topic for topic in topics
                 if topic in self._stamps or topic not in self._optional]

@@ -72,6 +72,16 @@ class Inputs:
         self._samples = StampPairer((JOINTS, _FEET))
         self._readings = ImuMatcher(_IMU_PATIENCE)
 
+    def needs(self, topics: Sequence[str]) -> None:
+        """Set the topics whose silence ends the present motion."""
+        for watch in self._watches:
+            watch.needed = topics
+
+    def complete(self, topics: Sequence[str]) -> bool:
+        """Return whether messages have arrived on topics, for `ENOUGH` on joint states."""
+        return (all(watch.complete(topics) for watch in self._watches)
+                and self.joints is not None and self.joints[0] - self.since >= ENOUGH)
+
     @property
     def unpaired(self) -> int:
         """Number of joint states and wrenches of whose stamp another one is missing."""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 
 import numpy as np
 import pinocchio as pin
-from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from hrp2_description.robot import SIDES
 from humanoid_motion.robot_model import RobotModel
@@ -16,8 +15,10 @@ from humanoid_motion.samples import Doubt, Measured
 
 from robot_driver.names import IMU, JOINTS, WRENCHES
 
-_REST = 0.02  # largest change of a joint of a robot at rest [rad]
+_REST = 0.02  # largest change of a joint, and turn of the IMU, of a robot at rest [rad]
 _LEAST_LOAD, _MOST_LOAD = 0.7, 1.3  # load of both soles of a robot at rest, as share of the weight
+_SHIFT = 0.1  # largest change of a sole's load of a robot at rest, as share of the weight
+_BEGIN = 1.0  # time up to which a simulation has just begun [s]
 _FORCE = 1.0  # largest error of the specific force of a trunk at rest [m/s^2]
 _TURN = math.radians(10.0)  # largest angle between the verticals of accelerometer and orientation
 _DRIFT, _SCALE = 0.05, 0.2  # largest error of integrated speeds: angle [rad], and share of the way
@@ -39,6 +40,30 @@ def doubts(robot: RobotModel, samples: Sequence[Measured]) -> list[Doubt]:
     load = list(_load(robot, samples))
     upright = [] if load else list(_legs(robot, samples[-1]))
     return [*_speeds(robot, samples), *load, *_gyro(samples), *(list(_imu(samples)) or upright)]
+
+
+def stood_still(before: Measured, after: Measured, weight: float) -> bool:
+    """Whether joints, loads of the soles and IMU say that a robot has not moved between samples.
+
+    Args:
+        before: A sample.
+        after: The next one; at a time near 0 a simulation begins, whatever the robot did before.
+        weight: The robot's weight [N].
+    """
+    shift = [getattr(after, foot)[2] - getattr(before, foot)[2]
+             for foot in ("left_wrench", "right_wrench")]
+    turn = before.imu.rotation.T @ after.imu.rotation
+    return bool(
+        after.time > min(before.time, _BEGIN)
+        and np.abs(after.position - before.position).max() <= _REST
+        and np.abs(shift).max() <= _SHIFT * weight
+        and np.linalg.norm(pin.log3(turn)) <= _REST)
+
+
+def grave(found: Iterable[Doubt]) -> tuple[str, float] | None:
+    """Return the first doubt with which no motion may begin, as a sentence and a value, if any."""
+    return next(((f"{doubt.topic}: {doubt.text}", doubt.value) for doubt in found
+                 if doubt.grave), None)
 
 
 def _speeds(robot: RobotModel, samples: Sequence[Measured]) -> Iterator[Doubt]:
@@ -76,7 +101,7 @@ def _load(robot: RobotModel, samples: Sequence[Measured]) -> Iterator[Doubt]:
 
 def _gyro(samples: Sequence[Measured]) -> Iterator[Doubt]:
     """The gyro turns as the orientation does."""
-    first, last = (_rotation(each.imu.orientation) for each in (samples[0], samples[-1]))
+    first, last = samples[0].imu.rotation, samples[-1].imu.rotation
     rates = np.array([each.imu.angular_velocity for each in samples])
     times = np.array([each.time for each in samples])
     by_gyro = np.diff(times) @ (0.5 * (rates[1:] + rates[:-1]))
@@ -99,7 +124,7 @@ def _legs(robot: RobotModel, sample: Measured) -> Iterator[Doubt]:
     feet = [robot.feet[side].frame for side in SIDES]
     *soles, imu = robot.poses_in_base(sample.position, [*feet, frame])
     legs = np.mean([pose[:3, 2] for pose in soles], axis=0)
-    vertical = imu[:3, :3] @ _rotation(sample.imu.orientation)[2]
+    vertical = imu[:3, :3] @ sample.imu.rotation[2]
     off = math.acos(max(-1.0, min(1.0, float(legs @ vertical / np.linalg.norm(legs)))))
     if off > _LEAN:
         yield Doubt(
@@ -127,7 +152,7 @@ def _imu(samples: Sequence[Measured]) -> Iterator[Doubt]:
         yield doubt(f"the specific force of a robot at rest is {size:.2f} m/s^2, expected are "
                     f"{GRAVITY:.2f} +- {_FORCE:g}{cause}", size, False)
         return
-    vertical = _rotation(turns[-1]) @ (force / size)
+    vertical = samples[-1].imu.rotation @ (force / size)
     off = math.acos(max(-1.0, min(1.0, float(vertical[2]))))
     if off > _TURN:
         cause = " (is the orientation in NED instead of ENU, or the IMU mounted upside down?)" \
@@ -135,7 +160,3 @@ def _imu(samples: Sequence[Measured]) -> Iterator[Doubt]:
         yield doubt(f"accelerometer and orientation disagree about the vertical by "
                     f"{math.degrees(off):.1f} deg, at most {math.degrees(_TURN):g} deg are "
                     f"allowed{cause}", off, True)
-
-
-def _rotation(quaternion: Array) -> Array:
-    return np.asarray(pin.Quaternion(np.asarray(quaternion, dtype=float)).normalized().matrix())

@@ -14,19 +14,20 @@ from diagnostic_msgs.msg import DiagnosticArray
 from door_impact_common.arrays import Array
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import Parameters
-from door_impact_common.stamps import seconds
+from door_impact_common.stamps import seconds, stamp_of
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.mirror import Straight
-from humanoid_motion.samples import Doubt, Measured
+from humanoid_motion.robot_model import RobotModel
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Header
 
 from robot_driver.freshness import Freshness
-from robot_driver.inputs import ENOUGH, Inputs
-from robot_driver.intake import Arrival, Plausible, present
+from robot_driver.inputs import Inputs
+from robot_driver.intake import Arrival, present
 from robot_driver.messages import (
     diagnostics,
     imu_sample,
@@ -35,14 +36,18 @@ from robot_driver.messages import (
     wrench_row,
 )
 from robot_driver.names import (
+    CLOCK,
     COMMANDERS,
     DOOR,
     HAND,
+    HANDLED,
     IMU,
     JOINTS,
     TRAJECTORY,
     WRENCHES,
 )
+from robot_driver.ranges import joint_ranges
+from robot_driver.sensor_doubts import doubts, grave
 
 WATCH_PERIOD = 0.05  # time between two checks that messages arrive [s]
 DIAGNOSTICS_PERIOD = 1.0  # time between two messages on /diagnostics [s]
@@ -68,7 +73,10 @@ class SensorTopics:
 
     Attributes:
         inputs: The measurements.
+        waited_for: Whether a simulation waits until this node has handled its messages.
     """
+
+    waited_for = False
 
     def __init__(
         self, node: GuardedNode, joint_names: Sequence[str], inputs: Inputs,
@@ -125,7 +133,8 @@ class SensorTopics:
     ) -> Any:
         def callback(message: Any, info: dict[str, Any]) -> None:
             stamp, sent = seconds(message.header.stamp), info["source_timestamp"]
-            underway = 1e-9 * (time.time_ns() - sent) if sent else 0.0
+            # A simulation that waits for this node is not ahead of what its clock says.
+            underway = 0.0 if self.waited_for or not sent else 1e-9 * (time.time_ns() - sent)
             self._newest = present(self._clock(), self._newest, stamp)
             with self._ends_the_motion():
                 self._after(stamp, handle(
@@ -143,7 +152,10 @@ class SensorTopics:
     def _on_imu(self, message: Imu, arrival: Arrival) -> Sequence[Command]:
         reading = imu_sample(message)
         if reading is None:
-            return self._ignore(IMU, "it must have an orientation and an angular velocity")
+            turn = message.orientation
+            length = math.hypot(turn.x, turn.y, turn.z, turn.w)
+            return self._ignore(IMU, "it must have an orientation and an angular velocity, and the "
+                                f"length of its quaternion is {length:g}, must be 1")
         return self.inputs.on_imu(arrival, reading)
 
     def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> Sequence[Command]:
@@ -169,7 +181,7 @@ class SensorTopics:
 
     def _clock_went_back(self, _: Any) -> None:
         """Give up the motion: after a reset of the simulation its times mean nothing any more."""
-        self._newest = -math.inf
+        self._newest = self._told = -math.inf
         self.inputs.forget()
         self._after(-math.inf, [])
 
@@ -183,13 +195,9 @@ class RobotTopics(SensorTopics):
 
     Args:
         node: Node that subscribes.
-        joint_names: Joints in the robot's order.
-        joints: What their positions and speeds can be.
+        robot: The robot.
         parameters: Parameters of the node with the names in `SILENCE`.
         after: Function that gets the stamp of an event [s] and the commands that follow from it.
-        judge: Function that finds the doubts about complete samples of a robot at rest.
-        door: Whether the door's angle is read, too.
-        hand: Whether the force on the right hand is read, too, if the driver has it.
         further: Type, name and handler of topics that are only passed on, as they are.
         sight: How robot and door are seen; topics have the names that they have in it.
 
@@ -199,26 +207,25 @@ class RobotTopics(SensorTopics):
     """
 
     def __init__(
-        self, node: GuardedNode, joint_names: Sequence[str], joints: Plausible,
-        parameters: Parameters, after: Callable[[float, Sequence[Command]], None],
-        judge: Callable[[Sequence[Measured]], Sequence[Doubt]], *,
-        door: bool = False, hand: bool = False,
+        self, node: GuardedNode, robot: RobotModel, parameters: Parameters,
+        after: Callable[[float, Sequence[Command]], None], *,
         further: Sequence[tuple[Any, str, Callable[[Any], None]]] = (),
         sight: Straight | None = None,
     ) -> None:
-        self._judge = judge
-        watched = [JOINTS, IMU, *([DOOR] if door else []), *([HAND] if hand else [])]
-        self.freshness, silence = self._watches = tuple(
-            Freshness(watched, parameters.number(name), WATCH_PERIOD, optional=[HAND])
-            for name in ("stale_after", "silent_after"))
-        super().__init__(node, joint_names, Inputs(joints, self.freshness, silence), after,
-                         sight=sight)
+        self._robot = robot
+        self.freshness, silence = (
+            Freshness((JOINTS, IMU, DOOR, HAND), parameters.number(name), WATCH_PERIOD,
+                      optional=[HAND]) for name in ("stale_after", "silent_after"))
+        super().__init__(
+            node, robot.joint_names, Inputs(joint_ranges(robot), self.freshness, silence),
+            self._sent, sight=sight)
+        self._send = after
         self.zmp: tuple[float, Array] | None = None
-        if door:
-            self._handlers[DOOR] = (JointState, self._on_door)
-        if hand:
-            self._handlers[HAND] = (WrenchStamped, self._on_hand)
+        self._handlers[DOOR] = (JointState, self._on_door)
+        self._handlers[HAND] = (WrenchStamped, self._on_hand)
         self._further = [(PointStamped, "zmp", self._on_zmp), *further]
+        self._handled = node.create_publisher(Header, HANDLED, _QUEUE)
+        self._told = -math.inf  # stamp that was told there last [s]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(WATCH_PERIOD, partial(self._watch, self.freshness))
@@ -231,16 +238,20 @@ class RobotTopics(SensorTopics):
         self._subscriptions += [
             self._node.create_subscription(*topic, _QUEUE) for topic in self._further]
 
-    def needs(self, topics: Sequence[str]) -> None:
-        """Set the topics whose silence ends the present motion."""
-        for watch in self._watches:
-            watch.needed = topics
+    def stop(self) -> None:
+        """Unsubscribe, and let a simulation go on by itself."""
+        super().stop()
+        self._told = -math.inf
+        self._handled.publish(Header())
 
-    def complete(self, topics: Sequence[str]) -> bool:
-        """Return whether messages have arrived on topics, for `ENOUGH` on joint states."""
-        joints = self.inputs.joints
-        return (self.freshness.complete(topics) and joints is not None
-                and joints[0] - self.inputs.since >= ENOUGH)
+    def _sent(self, stamp: float, commands: Sequence[Command]) -> None:
+        """Send what follows from an event; then tell a simulation how far this node has come."""
+        self._send(stamp, commands)
+        handled = self.freshness.handled()
+        if handled > self._told:
+            self._told = handled
+            self.waited_for = self._handled.get_subscription_count() > 0
+            self._handled.publish(Header(stamp=stamp_of(round(1e9 * handled))))
 
     def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
         """Find why no motion can begin: missing or old messages, or sensors that contradict.
@@ -261,11 +272,10 @@ class RobotTopics(SensorTopics):
         if stale is not None:
             topic, text, value = stale
             return text + self.cause(topic), value
-        found = self._judge(self.inputs.recent)
+        found = doubts(self._robot, self.inputs.recent)
         for doubt in found:
             log.warning(f"{doubt.topic}: {doubt.text}")
-        return next(((f"{doubt.topic}: {doubt.text}", doubt.value) for doubt in found
-                     if doubt.grave), None)
+        return grave(found)
 
     def _on_door(self, message: JointState, arrival: Arrival) -> Sequence[Command]:
         if not (message.position and message.velocity):
@@ -295,7 +305,7 @@ class RobotTopics(SensorTopics):
 
     def crowded(self) -> dict[str, list[str]]:
         """Names of a topic's publishers, for each topic that has one too many."""
-        return crowded(self._node, (*map(self._sight.text, self._handlers), TRAJECTORY))
+        return crowded(self._node, (CLOCK, *map(self._sight.text, self._handlers), TRAJECTORY))
 
 
 def silence_of(node: GuardedNode, topic: str) -> str:
@@ -313,8 +323,8 @@ def silence_of(node: GuardedNode, topic: str) -> str:
 def crowded(node: GuardedNode, topics: Iterable[str]) -> dict[str, list[str]]:
     """Return the names of a topic's publishers, for each topic that has one too many.
 
-    A topic of the driver has one publisher, and only the `COMMANDERS` in the node's own namespace
-    send trajectories.
+    The clock and a topic of the driver have one publisher, and only the `COMMANDERS` in the node's
+    own namespace send trajectories.
     """
     found, own = {}, node.get_namespace().rstrip("/")
     commanders = {f"{own}/{name}" for name in COMMANDERS}

@@ -13,11 +13,13 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from humanoid_motion.kinematics import inverse_pose, planar_pose, yaw_of
+from humanoid_motion.mirror import OTHER
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import ImuSample
 from numpy.typing import ArrayLike
+from robot_driver.foot_doubts import lifted, lying
 
-from zmp_publisher.soles import OTHER, HeldSole, RobotPose, WeightedSoles
+from zmp_publisher.soles import HeldSole, RobotPose, WeightedSoles
 
 
 class FootOdometry:
@@ -122,6 +124,10 @@ class FootOdometry:
         if with_imu != self._used_imu:
             (self._with_imu if with_imu else self._without_imu).begin(self._pose)
             self._used_imu = with_imu
+        vertical = poses[-1][:3, :3] @ imu.rotation[2] if imu is not None and with_imu else (
+            in_base[self._pose.support][:3, 2])
+        if air := lying(lifted(in_base, vertical), loads):
+            loads[air] = 0.0  # what its sensor says is an offset
         if imu is not None and with_imu:
             self._pose = self._with_imu.update(in_base, loads, imu, poses[-1][:3, :3], time)
         else:

@@ -22,6 +22,7 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from humanoid_motion.kinematics import inverse_pose, planar_pose, yaw_of
+from humanoid_motion.mirror import OTHER
 from humanoid_motion.samples import ImuSample
 
 HEADING_TIME = 0.5  # time constant with which the anchors correct the gyro's heading [s]
@@ -30,7 +31,6 @@ LEAST_SHARE = 0.05  # share of the load up to which a sole has no weight
 FULL_SHARE = 0.3  # share of the load from which on a sole keeps its anchor
 MOST_OFF = math.radians(3.0)  # largest give of the yaw gears between gyro and soles [rad]
 LONGEST_GAP = 0.1  # time between readings beyond which the gyro is not integrated [s]
-OTHER = {"left": "right", "right": "left"}
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ class WeightedSoles:
 
     def _heading_by_gyro(self, imu: ImuSample, elapsed: float) -> Array:
         """Return the rotation of the IMU in odom with its tilt and the gyro's heading, (3, 3)."""
-        measured = pin.Quaternion(np.asarray(imu.orientation, dtype=float)).normalized().matrix()
+        measured = imu.rotation
         turned = np.eye(3)
         if self._turn is not None:
             turned = self._turn @ pin.exp3(np.asarray(imu.angular_velocity, dtype=float) * elapsed)

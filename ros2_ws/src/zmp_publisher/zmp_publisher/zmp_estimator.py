@@ -12,6 +12,7 @@ from door_impact_common.errors import SettingError
 from hrp2_description.support import polygon_margin, sole_corners, support_polygon
 from humanoid_motion.zmp import zmp_of
 from numpy.typing import ArrayLike
+from robot_driver.foot_doubts import lifted, lying
 
 Rect = tuple[float, float, float, float]
 
@@ -102,7 +103,7 @@ class ZmpEstimator:
     def read(
         self, poses: Mapping[str, Array], wrenches: Mapping[str, ArrayLike]
     ) -> ZmpReading | None:
-        """Compute the reading of one sample.
+        """Compute the reading of one sample; a sole that is lifted bears nothing.
 
         Args:
             poses: Pose of each sole in the world, by side, (4, 4).
@@ -113,6 +114,8 @@ class ZmpEstimator:
             The reading; None if the feet bear less than the threshold or a wrench is not finite.
         """
         parts = {side: wrench_in_world(wrenches[side], poses[side]) for side in self._soles}
+        if air := lying(lifted(poses), {side: part[2] for side, part in parts.items()}):
+            parts[air] = np.zeros(6)
         total = np.sum(list(parts.values()), axis=0)
         if not (np.isfinite(total).all() and total[2] >= self._least_total):
             return None

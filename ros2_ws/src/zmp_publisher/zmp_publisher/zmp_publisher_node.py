@@ -15,7 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from door_impact_common.node import GuardedNode, run_node
-from door_impact_common.parameters import Parameters
+from door_impact_common.parameters import FRAME_PREFIX, Parameters
 from door_impact_common.stamps import NANOSECONDS, stamp_of
 from door_model.door.config import hinge_of
 from door_model.door.geometry import before
@@ -26,23 +26,24 @@ from humanoid_motion.kinematics import pose_row
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import NO_IMU, Measured
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from robot_driver.foot_doubts import FootDoubts
 from robot_driver.inputs import Inputs, Motion
-from robot_driver.names import IMU, JOINTS, WRENCHES
+from robot_driver.names import CLOCK, IMU, JOINTS, WRENCHES
 from robot_driver.ranges import joint_ranges
-from robot_driver.sensor_doubts import doubts
-from robot_driver.topics import SensorTopics, crowded
+from robot_driver.sensor_doubts import doubts, stood_still
+from robot_driver.topics import WARNING_PERIOD, SensorTopics, crowded
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from zmp_publisher import messages as zmp_messages
 from zmp_publisher.odometry import FootOdometry
-from zmp_publisher.soles import OTHER, RobotPose
+from zmp_publisher.soles import RobotPose
 from zmp_publisher.zmp_estimator import ZmpEstimator, ZmpReading
 
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
     "world_frame": ("odom", "frame of all published positions, and parent of base_link in /tf"),
-    "frame_prefix": ("", "put before the name of every frame that is published"),
+    "frame_prefix": FRAME_PREFIX,
     "robot_start": (
         [0.0, 0.0, 0.0],
         "where the robot stands at first, and after a reset: x [m], y [m] and heading [rad] of the "
@@ -64,7 +65,7 @@ _RELIABILITY = {
     "best_effort": ReliabilityPolicy.BEST_EFFORT,
 }
 _QUEUE = 50  # messages of each subscription that may wait for the others
-_IN_AIR = 0.015  # height above the other sole at which a sole bears no robot [m]
+_CROWDED = "more than one node publishes on"
 _GRAPH_PERIOD = 1.0  # time between two looks at who publishes [s]
 _EARLY = 5e-4  # a sample counts as due when it comes at most this much too early [s]
 
@@ -100,6 +101,9 @@ class ZmpPublisher(GuardedNode, Motion):
             start=before(
                 hinge_of(parameters.text("door")), parameters.numbers("robot_start", 3)),
         )
+        self._feet = FootDoubts(self._model)
+        self._last: Measured | None = None
+        self._leapt = False  # since that sample
         self._begin()
         self._frames = [(prefix + parent, prefix + child) for parent, child in (
             (parameters.text("world_frame"), "base_link"), *self._model.tree)]
@@ -127,6 +131,7 @@ class ZmpPublisher(GuardedNode, Motion):
         self._reading: ZmpReading | None = None
         self._pose: RobotPose | None = None
         self._odometry.reset()
+        self._feet.begin()
 
     @property
     def running(self) -> bool:
@@ -137,9 +142,8 @@ class ZmpPublisher(GuardedNode, Motion):
         """Publish what is late, too."""
 
     def give_up(self, reason: str) -> None:
-        """Begin anew: the clock went back."""
-        self.get_logger().info("the clock went back: odom's origin is set again")
-        self._begin()
+        """Judge by the next sample whether odom begins anew: the clock or the stamps went back."""
+        self._leapt, self._tf_stamp = True, -math.inf
 
     def on_failure(self, now: float, error: Exception) -> list[Command]:
         """Leave the sample out."""
@@ -147,12 +151,23 @@ class ZmpPublisher(GuardedNode, Motion):
 
     def on_measured(self, now: float, measured: Measured) -> list[Command]:
         """Publish ZMP, CoM and transforms."""
+        if self._leapt and self._last is not None:
+            stood = stood_still(self._last, measured, self._robot.mass * GRAVITY)
+            self.get_logger().info(
+                "the clock went back: " + ("the robot has not moved, and keeps its place in odom"
+                                           if stood else "odom's origin is set again"),
+                throttle_duration_sec=WARNING_PERIOD)
+            if not stood:
+                self._begin()
+        self._leapt, self._last = False, measured
         wrenches = {"left": measured.left_wrench, "right": measured.right_wrench}
         forces = {side: float(row[2]) for side, row in wrenches.items()}
         imu = None if measured.imu is NO_IMU else measured.imu
         stamp = stamp_of(round(now * NANOSECONDS))
         self._pose = self._odometry.update(measured.position, forces, imu, now)
         self._reading = self._zmp.read(self._pose.soles, wrenches) if self._pose else None
+        if self._pose is not None:
+            self._feet.add(measured, self._pose.base, self._pose.soles)
         self._fresh += 1
         if self._reading is not None:
             place = self._reading.point
@@ -163,7 +178,11 @@ class ZmpPublisher(GuardedNode, Motion):
         return []
 
     def _look_at_graph(self) -> None:
-        self._crowded = crowded(self, (JOINTS, IMU, *WRENCHES.values()))
+        before = self._crowded
+        self._crowded = crowded(self, (CLOCK, JOINTS, IMU, *WRENCHES.values()))
+        for topic, names in self._crowded.items():
+            if before.get(topic) != names:
+                self.get_logger().warning(f"{_CROWDED} {topic}: {', '.join(names)}")
 
     def _publish_scene(self, stamp: Any, positions: Array, pose: RobotPose) -> None:
         # 37 transforms are most of this node's work, so messages are made only for subscribers.
@@ -185,13 +204,11 @@ class ZmpPublisher(GuardedNode, Motion):
             self._marker_publisher.publish(zmp_messages.markers(stamp, self._world, places))
 
     def _publish_diagnostics(self) -> None:
-        doubted = [f"{each.topic}: {each.text}"
-                   for each in doubts(self._model, self._inputs.recent)] if self._fresh else []
+        doubted = [f"{each.topic}: {each.text}" for each in (
+            *doubts(self._model, self._inputs.recent), *self._feet.found)] if self._fresh else []
         if self._odometry.doubt:
             doubted.append(f"{IMU}: {self._odometry.doubt}")
-        if exchanged := self._exchanged():
-            doubted.append(exchanged)
-        doubted += [f"more than one node publishes on {topic}: {', '.join(names)}"
+        doubted += [f"{_CROWDED} {topic}: {', '.join(names)}"
                     for topic, names in self._crowded.items()]
         values = {
             "samples": str(self._fresh),
@@ -210,19 +227,6 @@ class ZmpPublisher(GuardedNode, Motion):
         stamp = self.get_clock().now().to_msg()
         message = zmp_messages.diagnostics(stamp, self._robot.name, (level, text), values)
         self._diagnostics.publish(message)
-
-    def _exchanged(self) -> str:
-        """Doubt about a sole that bears the robot although it is in the air; empty without one."""
-        if self._pose is None or self._reading is None or len(self._reading.loaded) != 1:
-            return ""
-        (side,) = self._reading.loaded
-        height = {each: float(pose[2, 3]) for each, pose in self._pose.soles.items()}
-        above = height[side] - height[OTHER[side]]
-        if above <= _IN_AIR:
-            return ""
-        return (f"{WRENCHES[side]}: this sole bears the robot, but by the joints it is "
-                f"{1e3 * above:.0f} mm above the other one, at most {1e3 * _IN_AIR:g} mm are "
-                "expected: are the feet's wrenches exchanged?")
 
     def _state(self) -> tuple[bytes, str]:
         if not self._fresh:

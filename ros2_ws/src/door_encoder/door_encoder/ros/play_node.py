@@ -115,6 +115,7 @@ def main(args: list[str] | None = None) -> int:
         "--csv", metavar="FILE", help="recording with time_s,count or time_s,angle_deg as header")
     source.add_argument(
         "--mcap", metavar="FILE", help=f"recording with {COUNTS}, or else {SAMPLES}")
+    parser.add_argument("--topic", metavar="NAME", help="topic of --mcap instead")
     parser.add_argument(
         "--rate", type=float, default=1.0, metavar="R",
         help="speed relative to the recording; stamps then deviate from the clock "
@@ -127,7 +128,8 @@ def main(args: list[str] | None = None) -> int:
         parser.error(f"--rate must be a positive number, not {options.rate}")
     try:
         if options.mcap:
-            _, played = read_batches(options.mcap, (COUNTS, SAMPLES))
+            _, played = read_batches(
+                options.mcap, (options.topic,) if options.topic else (COUNTS, SAMPLES))
         else:
             played = batches(read_csv(options.csv, options.counts_per_turn))
     except (DoorModelError, DoorEncoderError) as error:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import fcntl
-import math
 import os
 import shutil
 import signal
@@ -19,11 +18,12 @@ from door_impact_common.errors import DoorImpactError, OutputError
 from door_impact_common.files import make_folder
 from door_impact_common.yaml_files import read_yaml
 from door_model.door.config import load_door
+from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from impact_planner.task.settings import ENDINGS, RUN_UPS
 
 from door_impact_evaluation.demo.settings import DemoSettings
-from door_impact_evaluation.errors import DemoError, EvaluationError
+from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import report
 
 LOG = "nodes.log"
@@ -93,10 +93,10 @@ def _angle(text: str) -> float:
     try:
         value = float(text)
     except ValueError:
-        value = math.nan
-    if not math.isfinite(value) or value <= 0.0:
+        value = 0.0
+    if not 0.0 < value <= 180.0:
         raise argparse.ArgumentTypeError(
-            f"the opening angle is {text}, it must be a number above 0 deg")
+            f"the opening angle is {text}, it must be a number above 0 and at most 180 deg")
     return value
 
 
@@ -139,11 +139,19 @@ def _demonstrate(settings: DemoSettings, graph: Mapping[str, str]) -> None:
         DoorImpactError: The demonstration could not be run, or its motion failed.
         KeyboardInterrupt: It was interrupted.
     """
-    load_door(settings.door)  # errors of files are reported before anything is started
+    door = load_door(settings.door)  # errors of files are reported before anything is started
+    # Imported here: a wrong command line is refused at once, without loading ROS and the planner.
     if "params" in graph:
         read_yaml(graph["params"])
-    # Imported here: a wrong command line is refused at once, without loading ROS and the planner.
-    from door_impact_evaluation.demo.demo_runner_node import refuse_running_graph
+    else:  # what the planner will refuse for the door as it is found, it refuses for the true one
+        from humanoid_motion.robot_model import RobotModel
+        from impact_planner.task.known_door import KnownDoor
+
+        from door_impact_evaluation.run.rehearsal import planned
+
+        planned(RobotModel(load_robot_config()), KnownDoor.configured(door), settings.target_deg,
+                settings.run_up, settings.ending)
+    from door_impact_bringup.graph import refuse_running_graph
 
     refuse_running_graph()
     folder = ResultFolder(settings.out)
@@ -200,15 +208,13 @@ def start_nodes(log: Path, *arguments: str) -> subprocess.Popen[bytes]:
         The launcher, which `stop_nodes` stops.
 
     Raises:
-        EvaluationError: The ros2 command was not found.
+        GraphError: The ros2 command was not found.
     """
-    own = Path(sys.executable).parent / "ros2"
-    command = str(own) if own.exists() else shutil.which("ros2")
-    if command is None:
-        raise EvaluationError("the ros2 command was not found: run `make setup`, or source ROS 2")
+    from door_impact_bringup.graph import launch_command
+
     with log.open("wb") as file:
         return subprocess.Popen(
-            [command, "launch", "door_impact_bringup", "bringup.launch.yaml", *arguments],
+            [*launch_command(), *arguments],
             stdout=file, stderr=subprocess.STDOUT, start_new_session=True)
 
 

@@ -236,7 +236,7 @@ class DemoClient(Node):
         Raises:
             DemoError: The goal was rejected, or the motion did not end in time.
         """
-        goal = WalkThroughDoor.Goal(hit_angle=target, run_up=run_up)
+        goal = WalkThroughDoor.Goal(hit_angle=target, run_up=run_up, include_trajectories=True)
         return self._moved(self._through, goal, 600.0)
 
     def _moved(self, client: ActionClient, goal: Any, timeout: float) -> Any:

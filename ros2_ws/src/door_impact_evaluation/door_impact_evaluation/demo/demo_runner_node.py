@@ -10,7 +10,6 @@ import numpy as np
 import rclpy
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.files import make_folder
-from door_impact_common.node import DISCOVERY_TIME
 from door_impact_common.parameters import Parameters
 from door_impact_msgs.msg import ImpactPlan
 from door_model.door.config import load_door
@@ -22,10 +21,7 @@ from walking.passing.opening import PUSH
 from door_impact_evaluation.demo.demo_client import DemoClient, report_progress, wall_time
 from door_impact_evaluation.demo.settings import PASS, STANDS, DemoSettings
 from door_impact_evaluation.errors import DemoError
-
-NODES = ("hrp2_sim_bridge", "zmp_publisher", "door_encoder", "closer_identifier", "impact_planner",
-         "motion_server", "scene_publisher", "recorder")
-"""Nodes that a demonstration starts; none of them may run before."""
+from door_impact_evaluation.report.table import OPENED
 
 PARAMETERS = {
     "door": ("paper", "simulated door: name of a door in door_model/doors, or a YAML file"),
@@ -36,25 +32,6 @@ PARAMETERS = {
     "out_dir": ("out/demo", "folder of the results"),
 }
 """Default and description of each parameter of the node demo_runner."""
-
-
-def refuse_running_graph() -> None:
-    """Check that none of the demonstration's nodes is running in this domain.
-
-    Raises:
-        DemoError: Some are; the error names them.
-    """
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # signals are the caller's
-    try:
-        node = Node("demo_check")
-        time.sleep(DISCOVERY_TIME)
-        running = sorted(set(node.get_node_names()) & set(NODES))
-        node.destroy_node()
-    finally:
-        rclpy.shutdown()
-    if running:
-        raise DemoError(f"already running: {', '.join(running)}. Stop `make up` or the other "
-                        "demonstration first, or set another ROS_DOMAIN_ID")
 
 
 def run(
@@ -151,8 +128,9 @@ def _hit(
         plan = node.plan or plan
     else:
         outcome = node.execute(plan.plan_id)
-    report_progress(f"    {np.degrees(outcome.peak_angle):.1f} deg by the encoder; "
-                    f"{outcome.message}")
+    peak = np.degrees(outcome.peak_angle)  # NaN without a hit
+    opened = f"{peak:.1f} deg by the encoder; " if peak > OPENED else ""
+    report_progress(f"    {opened}{outcome.message}")
     return plan, planning_ms, outcome
 
 

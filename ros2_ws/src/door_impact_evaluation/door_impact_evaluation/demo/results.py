@@ -272,6 +272,7 @@ def _heading(summary: dict[str, Any], outcome: Any) -> str:
     """Return a sentence about how far the door opened and what became of the robot."""
     door, robot, through = summary["door"], summary["robot"], summary["passage"]
     opened = "HRP-2 pushed the door and " if door is None else (
+        "HRP-2 did not open the door and " if door["peak_deg"] <= table.OPENED else
         f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
         f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and ")
     if robot["fell"]:

@@ -6,6 +6,7 @@ new run begins where the time goes back by more than 1 s, because a simulation w
 
 import math
 import os
+import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -235,6 +236,8 @@ def _run(rows: dict[str, _Rows]) -> RecordedRun | None:
     """Make a run of its messages; None if nothing moves in it."""
     joints, joint_notes = _joints(rows[_JOINTS], _JOINTS)
     doors, door_notes = _joints(rows[_DOOR], _DOOR)
+    joints, prefix = _described(rows[_ROBOT_URDF], joints, _JOINTS, joint_notes)
+    doors, door_prefix = _described(rows[_DOOR_URDF], doors, _DOOR, door_notes)
     moving = joints or doors
     if not moving:
         return None
@@ -250,8 +253,8 @@ def _run(rows: dict[str, _Rows]) -> RecordedRun | None:
         poses[part.child_frame_id].append((stamp, part.transform))
     for _, part in rows[_STATIC]:
         poses[part.child_frame_id] = [(0.0, part.transform)]
-    robot, robot_notes = _body(rows[_ROBOT_URDF], joints, poses)
-    door, _ = _body(rows[_DOOR_URDF] if doors else [], hinge, poses)
+    robot, robot_notes = _body(rows[_ROBOT_URDF], joints, poses, prefix)
+    door, _ = _body(rows[_DOOR_URDF] if doors else [], hinge, poses, door_prefix)
     return RecordedRun(
         t=np.unique(np.concatenate([series.t for series in moving.values()])), source="recorded",
         robot=robot, door=door,
@@ -268,13 +271,36 @@ def _run(rows: dict[str, _Rows]) -> RecordedRun | None:
             "The recording has no door: it needs /door_description and /door_angle."])))
 
 
-def _body(urdfs: _Rows, joints: dict[str, Series], poses: dict[str, _Rows],
+def _described(urdfs: _Rows, joints: dict[str, Series], topic: str, notes: list[str],
+               ) -> tuple[dict[str, Series], str]:
+    """Return the samples of joints by the names of their description, and what preceded these.
+
+    Where no recorded joint is in the description, one prefix may precede all, as of a robot among
+    others. What was found is added to the notes.
+    """
+    names = {joint.name for joint in read_urdf(urdfs[-1][1].data).joints} if urdfs else set()
+    if not names or not joints or names & joints.keys():
+        return joints, ""
+    tried = {joint.removesuffix(name) for joint in joints for name in names if joint.endswith(name)}
+    common = [each for each in tried if all(joint.startswith(each) for joint in joints)]
+    prefix = max(common, key=lambda each: sum(each + name in joints for name in names), default="")
+    if not prefix:
+        notes.append(f"No joint on {topic} is in the description, so none of it moves: there are "
+                     f"{_list(list(joints))}, but in the description {_list(sorted(names))}.")
+        return joints, ""
+    notes.append(f"All joints on {topic} have the prefix {prefix}, which those of the description "
+                 "have not: it is left out.")
+    return {name.removeprefix(prefix): series for name, series in joints.items()}, prefix
+
+
+def _body(urdfs: _Rows, joints: dict[str, Series], poses: dict[str, _Rows], prefix: str,
           ) -> tuple[Body | None, list[str]]:
     """Return a body, and sentences that say what the robot lacks."""
     if not urdfs:
         return None, [f"The recording has no {_ROBOT_URDF}: no robot is drawn."]
     urdf = urdfs[-1][1].data
-    found = _series(poses[read_urdf(urdf).root], _pose)
+    root = read_urdf(urdf).root
+    found = _series(poses[root] or poses[prefix + root], _pose)
     if not joints:
         notes = [f"The recording has no joint angles on {_JOINTS}: the robot's joints do not move."]
     elif not found.t.size:
@@ -285,14 +311,15 @@ def _body(urdfs: _Rows, joints: dict[str, Series], poses: dict[str, _Rows],
 
 
 def _plots(rows: dict[str, _Rows]) -> tuple[Plot, ...]:
-    forces = []
+    forces: dict[str, list[Curve]] = {}  # left and right share an axis; those of feet dwarf others
     for topic, color in zip(sorted(rows.keys() - _TYPES.keys()), _COLORS, strict=False):
         force = _series(rows[topic], lambda message: _xyz(message.wrench.force))
         label = topic.strip("/").removesuffix("/wrench").replace("_", " ")
-        forces.append(Curve(label, color, force.t, np.linalg.norm(force.values, axis=1)))
+        forces.setdefault(re.sub(r"\b(left|right) ", "", label), []).append(
+            Curve(label, color, force.t, np.linalg.norm(force.values, axis=1)))
     speeds = [Curve("encoder", colors.DOOR, speed.t, np.degrees(speed.values[:, 0]))
               for speed in list(_joints(rows[_DOOR], _DOOR, "velocity")[0].values())[:1]]
-    return (Plot("Force on feet and hands", "N", tuple(forces)),
+    return (*(Plot(f"Force at the {end}", "N", tuple(curves)) for end, curves in forces.items()),
             Plot("Angular velocity of the door", "deg/s", tuple(speeds)))
 
 

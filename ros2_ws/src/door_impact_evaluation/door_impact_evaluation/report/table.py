@@ -8,6 +8,8 @@ NOTES = ("A dash means that the paper gives no figure, or that there is nothing 
          "The paper's m_re of 47.92 kg follows from its eqs. (3) and (5).")
 """Sentences below the table."""
 
+OPENED = 0.1
+"""Angle above which the door has opened [deg]."""
 _INSIDE = 1.0  # ZMP margin above which the ZMP counts as inside, not on the edge [mm]
 _UNIT_WIDTH = 12  # width of the column of units [characters]
 
@@ -44,7 +46,8 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
     phase = min(margins, key=margins.__getitem__)
     margin = margins[phase]
     place = "inside" if margin > _INSIDE else "on the edge" if margin > -_INSIDE else "outside"
-    nominal, held = door["target_deg"] == 25.0, door["held_deg"] is not None
+    nominal = door["target_deg"] == 25.0
+    opened = door["peak_deg"] > OPENED
     return [
         *_identified(summary["identified"]),
         Row("robot: moment of inertia I_rob", "6.147", f"{plan['i_rob']:.3f}", "kg m²"),
@@ -56,7 +59,7 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row("effective mass that the plan uses", "-", f"{plan['effective_mass']:.1f}", "kg"),
         Row("door speed after the hit w', planned", "-", f"{plan['omega_door']:.3f}", "rad/s"),
         Row("door speed after the hit w', measured", "-",
-            f"{hit['omega_door_measured']:.3f}", "rad/s"),
+            f"{hit['omega_door_measured']:.3f}" if opened else "-", "rad/s"),
         Row("speed of B before the hit v_rB, planned", "-", f"{plan['v_rb']:.3f}", "m/s"),
         Row("speed of B before the hit v_rB, measured", "-",
             f"{hit['v_rb_measured']:.3f}", "m/s"),
@@ -68,17 +71,18 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
         Row("contacts before the door's peak", "1", f"{hit['contacts_before_peak']}", ""),
         Row("desired opening angle", "25" if nominal else "-", f"{door['target_deg']:g}", "deg"),
         Row("largest opening angle", "26.3 (simulation)" if nominal else "-",
-            f"{door['peak_deg']:.2f}", "deg"),
+            f"{door['peak_deg']:.2f}" if opened else "-", "deg"),
         Row("error: largest less desired angle", "<= 2 (experiment)",
-            f"{door['error_deg']:+.2f}", "deg"),
-        Row("angle at which the hand stops the closing door", "-",
-            f"{caught_deg:.1f}" if held else "-", "deg"),
-        Row("angle at which the hand holds the door", "25" if nominal else "-",
-            f"{door['held_deg']:.2f}" if held else "-", "deg"),
+            f"{door['error_deg']:+.2f}" if opened else "-", "deg"),
+        *(() if door["held_deg"] is None else (
+            Row("angle at which the hand stops the closing door", "-",
+                f"{caught_deg:.1f}" if opened else "-", "deg"),
+            Row("angle at which the hand holds the door", "25" if nominal else "-",
+                f"{door['held_deg']:.2f}" if opened else "-", "deg"))),
         Row("ZMP (20 ms mean) in the support polygon", "inside", place, ""),
         Row(f"smallest ZMP margin, in phase {phase}", "-", f"{margin:.1f}", "mm"),
         Row("slip of the feet", "avoided", f"{robot['foot_slip_mm']:.2f}", "mm"),
-        *_ended(summary),
+        *_passage(summary["passage"]), *_ended(summary),
     ]
 
 
@@ -88,15 +92,21 @@ def push_rows(summary: Mapping[str, Any]) -> list[Row]:
     Args:
         summary: Contents of summary.json.
     """
-    found = ((name, summary["passage"][key], unit) for name, key, unit in (
-        ("first motion to clear of the door", "time_s", "s"),
-        ("largest force of the hand", "hand_force_n", "N"),
-        ("error: largest of the leaf's angle against the plan", "leaf_angle_error_deg", "deg"),
-        ("smallest distance from leaf and frame", "min_clearance_mm", "mm"),
-        ("smallest ZMP margin in the passage", "min_margin_mm", "mm")))
-    return [*_identified(summary["identified"]),
-            *(Row(name, "-", "-" if value is None else f"{value:.1f}", unit)
-              for name, value, unit in found), *_ended(summary)]
+    return [*_identified(summary["identified"]), *_passage(summary["passage"]), *_ended(summary)]
+
+
+def _passage(found: Mapping[str, Any] | None) -> list[Row]:
+    """Make the rows of a passage; none if the robot was not to walk through the door."""
+    return [] if found is None else [
+        Row(name, "-", "-" if found[key] is None else f"{found[key]:.{digits}f}", unit)
+        for name, key, digits, unit in (
+            ("first motion to clear of the door", "time_s", 1, "s"),
+            ("steps through the door", "steps", 0, ""),
+            ("largest force of the hand on the leaf", "hand_force_n", 1, "N"),
+            ("error: largest of the leaf's angle against the plan", "leaf_angle_error_deg", 1,
+             "deg"),
+            ("smallest distance from leaf and frame", "min_clearance_mm", 1, "mm"),
+            ("smallest ZMP margin in the passage", "min_margin_mm", 1, "mm"))]
 
 
 def _identified(found: Mapping[str, Any]) -> list[Row]:

@@ -36,11 +36,11 @@ from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.link import HitRequest, Link
 from motion_execution.mission.mission import Mission
 from robot_driver.freshness import Freshness
-from robot_driver.inputs import ENOUGH, Inputs
+from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival
 from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
 from robot_driver.ranges import joint_ranges
-from robot_driver.sensor_doubts import doubts
+from robot_driver.sensor_doubts import doubts, grave
 from walking.errors import HitNotPlanned, InvalidGoal
 from walking.footsteps.footstep import ORIGIN, Footstep, Pose
 from walking.passing.settings import PassageSettings
@@ -85,9 +85,11 @@ class DriverLink(Link):
     Attributes:
         driver: The driver.
         robot: The robot.
+        door: What is known of the door.
+        last_hit: The last hit that was planned.
         mission: What moves the robot.
         plans: Plans of hits by their names.
-        began: Stamp of the first trajectory that was sent [s]; NaN before.
+        began: Begin of the first motion that was sent [s]; NaN before.
         refused: Why the driver refused trajectories.
         watches: Functions that get the sample of each tick before the mission does.
     """
@@ -97,7 +99,8 @@ class DriverLink(Link):
         start: Pose = ORIGIN, passing: PassageSettings | None = None, recover: bool = False,
         wrenches: bool = True, encoder_bits: int = 16,
     ) -> None:
-        self.driver, self.robot = driver, robot
+        self.driver, self.robot, self.door = driver, robot, known
+        self.last_hit: HitPlan | None = None
         self.plans: dict[str, ImpactPlan] = {}
         self.began = math.nan
         self.refused: list[str] = []
@@ -116,7 +119,6 @@ class DriverLink(Link):
         self._zmp = ZmpEstimator(weight, robot.config.soles)
         self._seen: tuple[TickSample, RobotPose] | None = None
         self.mission = Mission(robot, self, survey(), passing, recover=recover)
-        self.mission.ways.door = known
 
     # -- time goes on ---------------------------------------------------------------------------
 
@@ -213,23 +215,12 @@ class DriverLink(Link):
     def listen(self, *, on: bool) -> None:
         """Do nothing: the mission always hears the driver."""
 
-    def needs(self, topics: Sequence[str]) -> None:
-        """Set the topics whose silence the present motion is told of."""
-        self._freshness.needed = topics
-
-    def complete(self, topics: Sequence[str]) -> bool:
-        """Return whether enough messages of topics have arrived to begin a motion."""
-        joints = self.inputs.joints
-        return (self._freshness.complete(topics) and joints is not None
-                and joints[0] - self.inputs.since >= ENOUGH)
-
     def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
         """Return why no motion with topics can begin; None if one can."""
         stale = self._freshness.refusal(self.now(), topics)
         if stale is not None:
             return stale[1:]
-        return next(((f"{doubt.topic}: {doubt.text}", doubt.value)
-                     for doubt in doubts(self.robot, self.inputs.recent) if doubt.grave), None)
+        return grave(doubts(self.robot, self.inputs.recent))
 
     def base(self) -> tuple[float, Pose] | None:
         """Return stamp [s] and pose of base_link by the odometry; None before the first."""
@@ -248,15 +239,15 @@ class DriverLink(Link):
             pose.soles, {"left": sample.left_wrench, "right": sample.right_wrench})
         return None if reading is None else (sample.time, reading.point)
 
-    def door_pose(self) -> None:
+    def door_pose(self, along: float) -> None:
         """Return None: the door stands where it was surveyed."""
 
     # -- what is sent ---------------------------------------------------------------------------
 
     def send(self, command: Command) -> None:
         """Let the driver follow a trajectory; that it refuses one shows in its motion."""
-        if math.isnan(self.began):
-            self.began = command.stamp
+        if math.isnan(self.began) and command.knots is not None:
+            self.began = command.stamp + float(command.knots.time[0])
         try:
             self.driver.follow(arrays_of(command, self.robot.joint_names), command.stamp)
         except DoorImpactError as error:
@@ -276,19 +267,14 @@ class DriverLink(Link):
 
     def compute(self, work: Callable[..., Any], *args: Any) -> Future[Any]:
         """Call a function with the robot."""
-        pending = Future[Any]()
-        try:
-            pending.set_result(work(self.robot, *args))
-        except DoorImpactError as error:
-            pending.set_exception(error)
-        return pending
+        return at_once(work, self.robot, *args)
 
     def plan_hit(self, request: HitRequest) -> Future[HitPlan]:
         """Plan a hit; the errors are those of the service."""
         return self.compute(self._plan_hit, request)
 
     def _plan_hit(self, robot: RobotModel, request: HitRequest) -> HitPlan:
-        known, (distance, l_b) = self.mission.ways.door, (
+        known, (distance, l_b) = self.door, (
             None if each < 0.0 else each for each in (request.door_distance, request.l_b))
         assert known is not None, "a hit is planned at a door"
         try:
@@ -301,7 +287,7 @@ class DriverLink(Link):
                 f"the hit cannot be planned: {error}", quantity=error.quantity, value=error.value,
                 limit=error.limit) from error
         self.plans[plan.plan_id] = plan
-        self.mission.ways.last_hit = hit = hit_plan_of(plan)
+        self.last_hit = hit = hit_plan_of(plan)
         return hit
 
     def _on_imu(self, arrival: Arrival, *reading: Array) -> Sequence[Command]:
@@ -312,6 +298,16 @@ class DriverLink(Link):
         pose = self._odometry.update(sample.position, loads, sample.imu, sample.time)
         if pose is not None:
             self._seen = sample, pose
+
+
+def at_once(work: Callable[..., Any], *args: Any) -> Future[Any]:
+    """Call a function, and keep what it returns, or its error for whoever asks for the result."""
+    pending = Future[Any]()
+    try:
+        pending.set_result(work(*args))
+    except DoorImpactError as error:
+        pending.set_exception(error)
+    return pending
 
 
 def survey() -> Pose:

@@ -19,6 +19,7 @@ from door_impact_evaluation.errors import EvaluationError
 from door_impact_evaluation.sweep.kind import Kind, Row
 from door_impact_evaluation.sweep.store import Runs, versions
 
+_PATIENCE = 20.0  # time in which a cluster must have a worker [s]
 REFUSALS = (PlannerError, WalkingError, HumanoidMotionError)  # of plans, results like others
 
 
@@ -36,7 +37,8 @@ def run(kind: Kind, cases: list[Row], engine: str, runs: Runs, address: str = ""
         The rows of all cases, in their order.
 
     Raises:
-        EvaluationError: There is no cluster, or a worker has other versions or lacks this program.
+        EvaluationError: There is no cluster or no worker, or one has other versions or lacks this
+            program.
         OutputError: The rows cannot be written.
     """
     here, wanted = versions(engine), {}
@@ -53,7 +55,7 @@ def run(kind: Kind, cases: list[Row], engine: str, runs: Runs, address: str = ""
         row["error"] for row in runs.rows[key])]
     if missing:
         with (tqdm(total=len(wanted), initial=len(wanted) - len(missing), unit="case") as bar,
-              _connected(address) as client):
+              _connected(address, engine) as client):
             # Not pure: a scheduler that lives on would answer with the results of another sweep.
             tasks = client.map(run_case, missing, run=kind.run, pure=False)
             cases_of = dict(zip(tasks, missing, strict=True))
@@ -77,10 +79,7 @@ def run_case(case: Row, run: Callable[[Row], Iterator[Row]]) -> list[Row]:
     Raises:
         EvaluationError: The versions are not those of this worker.
     """
-    here = versions(case["engine"])
-    if other := {name: case[name] for name in here if case[name] != here[name]}:
-        raise EvaluationError(
-            f"this sweep is of {other}, a worker has { {name: here[name] for name in other} }")
+    _require_same(case, versions(case["engine"]), "a worker")
     found: list[Row] = []
     try:
         for measured in run(case):
@@ -88,6 +87,16 @@ def run_case(case: Row, run: Callable[[Row], Iterator[Row]]) -> list[Row]:
     except Exception as error:
         found.append({"refused": str(error)} if isinstance(error, REFUSALS) else _failure(error))
     return [_row(case, number, measured) for number, measured in enumerate(found)]
+
+
+def _installed(engine: str) -> Row:
+    return {**versions(engine), "dask_version": dask.__version__}
+
+
+def _require_same(wanted: Row, here: Row, worker: str) -> None:
+    if other := {name: wanted[name] for name in here if wanted[name] != here[name]}:
+        raise EvaluationError(
+            f"this sweep is of {other}, {worker} has { {name: here[name] for name in other} }")
 
 
 def _row(case: Row, number: int, measured: Row) -> Row:
@@ -113,7 +122,7 @@ def _result(task: Future, case: Row) -> list[Row]:
 
 
 @contextmanager
-def _connected(address: str) -> Iterator[Client]:
+def _connected(address: str, engine: str) -> Iterator[Client]:
     """Connect to a cluster, or start one on this machine: a process of one thread on each core.
 
     Its processes are new interpreters, because PyBullet and its threads cannot be forked.
@@ -124,6 +133,18 @@ def _connected(address: str) -> Iterator[Client]:
         except (OSError, ValueError) as error:
             raise EvaluationError(f"there is no cluster at {address}: {error}") from error
         with client:
+            try:
+                client.wait_for_workers(1, timeout=_PATIENCE)
+            except TimeoutError as error:
+                raise EvaluationError(
+                    f"the cluster at {address} has had no worker for {_PATIENCE:g} s: start one by "
+                    f"`dask worker {address}`") from error
+            # A task that a worker cannot import, or read, would wait there for ever.
+            for worker, found in client.run(_installed, engine, on_error="return").items():
+                if isinstance(found, Exception):
+                    raise EvaluationError(
+                        f"the worker {worker} cannot run this: {found}; is this project there?")
+                _require_same(_installed(engine), found, f"the worker {worker}")
             yield client
         return
     dask.config.set({"distributed.comm.timeouts.connect": "120s",  # a loaded machine starts slowly

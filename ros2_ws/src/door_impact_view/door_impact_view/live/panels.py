@@ -6,6 +6,7 @@ Texts of nodes are escaped: they are shown as they are, and no part of them is r
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from html import escape
@@ -21,8 +22,25 @@ ENDINGS = ("hold", "retreat", "pass")
 _SHOWN = 12.0  # time for which a notification stays [s]
 _CELL = 'style="padding:1px 6px;text-align:left;vertical-align:top"'
 _BAD, _GOOD = "#b00020", "#00695c"
+# Stop, the only red button, stays in a corner of the picture when the panel is scrolled; folded up,
+# the panel would take it along, so it cannot be. In windows of up to 36em viser's panel is a sheet
+# at the bottom, whose head folds it: the picture is above it, not behind it.
+_STYLE = """<style>
+button[style*="red-filled"] {position: fixed; left: 12px; bottom: 12px; z-index: 99; width: 9em}
+[aria-label*="ollapse"], [data-dock-minimize] {display: none !important}
+@media (max-width: 36em) {
+  #root {height: 55%}
+  .mantine-Paper-root[style*="fixed"] {width: 100% !important; max-height: 45% !important}
+  .mantine-ScrollArea-content > div {width: 100% !important}
+  [style*="fixed"] .mantine-ScrollArea-content > div > :first-child {pointer-events: none}
+  button[style*="red-filled"] {bottom: calc(45% + 12px)}
+}
+</style>"""
 
-Name = Literal["push", "identify", "plan", "run", "pass", "stop", "reset"]
+Name = Literal["push", "identify", "plan", "hit", "walk", "pass", "stop", "reset"]
+BUTTONS: dict[Name, str] = {
+    "push": "Push the door", "identify": "Identify", "plan": "Plan", "hit": "Hit", "walk": "Walk",
+    "pass": "Walk through the door", "stop": "Stop", "reset": "Reset"}
 Reply = Callable[[bool, str], None]
 """Takes whether an order was done, and a sentence of the node that was asked or of this one."""
 
@@ -56,37 +74,75 @@ class Panels:
 
     def __init__(self, server: viser.ViserServer, give: GiveOrder) -> None:
         self._server, self._give = server, give
+        self._buttons: dict[Name, viser.GuiButtonHandle] = {}
         gui = server.gui
+        gui.add_html(_STYLE)
+        self._button("stop", lambda: Order("stop", "Stop"), "As safely as the phase allows", "red")
         with gui.add_folder("Door", order=0.0):
             impulse = gui.add_number("impulse [N m s]", 8.0, min=0.5, max=30.0, step=0.5)
-            self._button("Push the door", lambda: Order(
+            self._button("push", lambda: Order(
                 "push", f"Push the door with {impulse.value:.1f} N m s",
                 {"impulse": float(impulse.value)}), "Simulation only")
-            self._button("Identify", lambda: Order("identify", "Identify the closer"),
+            self._button("identify", lambda: Order("identify", "Identify the closer"),
                          "From the pushes so far")
-        with gui.add_folder("Plan a hit", order=0.1):
+        with gui.add_folder("Hit", order=0.1):
             angle = gui.add_slider("angle [deg]", 5.0, 60.0, 0.5, 25.0)
             run_up = gui.add_dropdown("run-up", (CONFIGURED, *RUN_UPS))
             ending = gui.add_dropdown("ending", (CONFIGURED, *ENDINGS))
-            self._button("Plan", lambda: Order(
+            self._button("plan", lambda: Order(
                 "plan", f"Plan a hit for {angle.value:.1f} deg", {
                     "desired_opening_angle": math.radians(angle.value),
                     "run_up": run_up.value.replace(CONFIGURED, ""),
                     "ending": ending.value.replace(CONFIGURED, "")}))
+            self._button("hit", lambda: Order("hit", "Hit the door"), "Executes the last plan")
         with gui.add_folder("Robot", order=0.2):
-            self._button("Run", lambda: Order("run", "Run the plan"), "Executes the last plan")
-            self._button("Walk through the door", lambda: Order("pass", "Walk through the door"),
+            goal = gui.add_vector3("x, y [m], turn [deg]", (1.0, 0.3, 0.0), step=0.1,
+                                   hint="In the world; a click on the floor sets x and y")
+            self._button("walk", lambda: Order(
+                "walk", "Walk to x {:.2f} m, y {:.2f} m, turn {:.0f} deg".format(*goal.value),
+                dict(zip(("x", "y", "turn"), map(float, goal.value), strict=True))))
+            self._button("pass", lambda: Order("pass", "Walk through the door"),
                          "Hits the door, catches it and walks through")
-            self._button("Stop", lambda: Order("stop", "Stop"), "As safely as the phase allows",
-                         "red")
-            self._button("Reset", lambda: Order("reset", "Reset the simulation"),
+            self._button("reset", lambda: Order("reset", "Reset the simulation"),
                          "Simulation only")
+        mark = server.scene.add_frame("/goal", axes_length=0.2, axes_radius=0.01, visible=False)
+
+        @goal.on_update
+        def _(_: object) -> None:
+            x, y, turn = goal.value
+            half = 0.5 * math.radians(turn)
+            mark.position, mark.visible = (x, y, 0.0), True
+            mark.wxyz = (math.cos(half), 0.0, 0.0, math.sin(half))
+
+        @server.scene.on_click()
+        def _(click: viser.SceneClickEvent) -> None:
+            (x, y, z), (dx, dy, dz) = click.ray_origin, click.ray_direction
+            if dz < 0.0 < z:  # it meets the floor
+                goal.value = (  # type: ignore[misc]  # it can be set
+                    round(x - dx * z / dz, 2), round(y - dy * z / dz, 2), goal.value[2])
+
+        self._refused = gui.add_html("", order=-0.1)
         self._answer = gui.add_html("", order=1.0)
 
-    def _button(self, label: str, order: Callable[[], Order], hint: str | None = None,
+    def _button(self, name: Name, order: Callable[[], Order], hint: str | None = None,
                 color: Literal["red"] | None = None) -> None:
-        button = self._server.gui.add_button(label, hint=hint, color=color)
+        button = self._buttons[name] = self._server.gui.add_button(
+            BUTTONS[name], hint=hint, color=color)
         button.on_click(lambda _: self._press(order()))
+
+    def show(self, state: State) -> None:
+        """Disable the buttons that would be refused, and say why; Stop never is."""
+        why = refusals(state)
+        for name, button in self._buttons.items():
+            if button.disabled != (name in why):
+                button.disabled = name in why
+        reasons: dict[str, list[str]] = {}
+        for name, reason in why.items():
+            reasons.setdefault(reason, []).append(BUTTONS[name])
+        text = "".join(_paragraph(f"{', '.join(names)}: {reason}")
+                       for reason, names in reasons.items())
+        if text != self._refused.content:
+            self._refused.content = text
 
     def _press(self, order: Order) -> None:
         """Give an order, and show every browser what comes of it."""
@@ -100,6 +156,27 @@ class Panels:
                                         color="teal" if done else "red")
 
         self._give(order, reply)
+
+
+def refusals(state: State) -> dict[Name, str]:
+    """Return which orders would be refused now, with what is to be done first."""
+    why: dict[Name, str] = {name: "the node that does it is not running"
+                            for name in BUTTONS if name not in state.served}
+    if state.plan is None:
+        why.setdefault("hit", "there is no plan yet, press Plan")
+    for name in ("hit", "walk", "pass"):
+        if state.moving - ({"walk"} if name == "walk" else set()):
+            why.setdefault(name, "wait for the end of the motion, or press Stop")
+    why.pop("stop", None)
+    return why
+
+
+def name_buttons(text: str, services: Mapping[Name, str]) -> str:
+    """Return a node's sentence with the button behind the name of each service or action."""
+    for name, service in services.items():
+        if "_" in service or "/" in service:  # else it is an English word as well
+            text = re.sub(rf"\b{service}\b", rf'\g<0> (button "{BUTTONS[name]}")', text)
+    return text
 
 
 def answer_html(title: str, text: str, done: bool) -> str:
@@ -121,14 +198,17 @@ def plan_html(plan: PlanSummary | None) -> str:
 
 
 def state_html(state: State) -> str:
-    """Return the line about the motion, the door's angle, the ZMP margin and what is not drawn."""
+    """Return the line about motion, door, ZMP margin and clock, and what is not drawn."""
     door = "door not known"
     if state.door_angle is not None:
         angle = round(math.degrees(float(state.door_angle.value[0])), 1)
         door = f"door {angle + 0.0:.1f} deg"  # the sum has no -0.0
     margin = state.margin()
     known = "ZMP margin not known" if margin is None else f"ZMP margin {1e3 * margin:.0f} mm"
-    text = _paragraph(f"{state.phase or 'no motion'}; {door}; {known}")
+    clock = "" if state.now is None else f"; {state.now:.1f} s"
+    if state.speed is not None:
+        clock += f", {state.speed:.2f} times as fast as real time"
+    text = _paragraph(f"{state.phase or 'no motion'}; {door}; {known}{clock}")
     return text + (_paragraph(state.problem, _BAD) if state.problem else "")
 
 

@@ -56,14 +56,16 @@ class Plot:
     Args:
         gui: viser's panels.
         title: Quantity with its unit.
+        least: What the axis shows at least, so that noise looks small, [from, to].
         names: Name of each curve.
         lines: Colour of each curve.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, title: str, names: tuple[str, ...], lines: tuple[Rgb, ...]
+        self, gui: viser.GuiApi, title: str, least: tuple[float, float], names: tuple[str, ...],
+        lines: tuple[Rgb, ...]
     ) -> None:
-        self.names = names
+        self.names, self._least = names, least
         self.history = History(len(names))
         series = [uplot.Series(label="time [s]")] + [
             uplot.Series(label=name, stroke=colors.css(line), width=1.5)
@@ -71,7 +73,23 @@ class Plot:
         self.handle = gui.add_uplot(
             tuple(np.zeros((1 + len(names), 1))), tuple(series), title=title, height=_HEIGHT,
             legend=uplot.Legend(show=len(names) > 1, live=False),
-            scales={"x": uplot.Scale(time=False, range=(-SPAN, 0.0))})
+            scales=self._scales())
+
+    def _scales(self) -> dict[str, uplot.Scale]:
+        """Return both axes; the vertical one grows in quarters of what it shows at least."""
+        low, high = self._least
+        values = np.append(np.ravel(self.history.curves()[1:]), self._least)
+        quarter = 0.25 * (high - low)
+        return {"x": uplot.Scale(time=False, range=(-SPAN, 0.0)),
+                "y": uplot.Scale(range=(quarter * float(np.floor(np.nanmin(values) / quarter)),
+                                        quarter * float(np.ceil(np.nanmax(values) / quarter))))}
+
+    def send(self) -> None:
+        """Send what is new to the browsers."""
+        self.handle.data = self.history.curves()
+        scales = self._scales()
+        if scales != self.handle.scales:
+            self.handle.scales = scales
 
 
 class Plots:
@@ -92,34 +110,36 @@ class Plots:
         """Add what is known now to every plot."""
         if state.door_angle is not None:
             angle = float(np.degrees(state.door_angle.value[0]))
-            self._plot("door angle [deg]", ("door angle",), (colors.DOOR,)).history.add(
-                state.door_angle.time, angle)
+            self._plot("door angle [deg]", (0.0, 20.0), ("door angle",), (colors.DOOR,)
+                       ).history.add(state.door_angle.time, angle)
         margin = state.margin()
         if margin is not None and state.zmp is not None:
-            self._plot("ZMP margin [mm]", ("ZMP margin",), (colors.ZMP,)).history.add(
-                state.zmp.time, 1e3 * margin)
-        for hands, title in ((True, "force on the hands [N]"),
-                             (False, "vertical force on the feet [N]")):
+            self._plot("ZMP margin [mm]", (0.0, 120.0), ("ZMP margin",), (colors.ZMP,)
+                       ).history.add(state.zmp.time, 1e3 * margin)
+        for hands, title, least in ((True, "force on the hands [N]", 40.0),
+                                    (False, "vertical force on the feet [N]", 400.0)):
             links = tuple(sorted(link for link in state.forces if (link in state.hands) == hands))
             if links:
                 items = [state.forces[link] for link in links]
-                self._plot(title, links, _LINES).history.add(max(item.time for item in items), *(
+                plot = self._plot(title, (0.0, least), links, _LINES)
+                plot.history.add(max(item.time for item in items), *(
                     np.nan if state.fresh(item) is None else _size(item, hands)
                     for item in items))
 
     def send(self) -> None:
         """Send what is new to the browsers."""
         for plot in self.shown.values():
-            plot.handle.data = plot.history.curves()
+            plot.send()
 
-    def _plot(self, title: str, names: tuple[str, ...], lines: tuple[Rgb, ...]) -> Plot:
+    def _plot(self, title: str, least: tuple[float, float], names: tuple[str, ...],
+              lines: tuple[Rgb, ...]) -> Plot:
         """Return a plot of some curves; one of other curves is replaced."""
         plot = self.shown.get(title)
         if plot is None or plot.names != names:
             if plot is not None:
                 plot.handle.remove()
             with self._folder:
-                plot = self.shown[title] = Plot(self._gui, title, names, lines)
+                plot = self.shown[title] = Plot(self._gui, title, least, names, lines)
         return plot
 
 

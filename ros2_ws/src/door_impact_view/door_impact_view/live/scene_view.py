@@ -107,6 +107,25 @@ class BalanceView:
             self._polygon.points = np.stack([raised, np.roll(raised, -1, axis=0)], axis=1)
 
 
+class FootstepView:
+    """Outlines of the soles that will stand on the floor."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        self._lines = scene.add_line_segments(
+            "/footsteps", np.zeros((1, 2, 3)), colors.SUPPORT, thickness=0.006, visible=False)
+        self._shown = np.zeros((0, 4, 2))
+
+    def show(self, state: State) -> None:
+        """Draw the footsteps of the walk that is being made."""
+        steps = state.footsteps
+        self._lines.visible = bool(len(steps))
+        if len(steps) and not np.array_equal(steps, self._shown):
+            self._shown = steps
+            corners = on_floor(steps.reshape(-1, 2)).reshape(-1, 4, 3)
+            edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
+            self._lines.points = edges.reshape(-1, 2, 3).astype(np.float32)
+
+
 class ForceView:
     """Arrows of the forces on feet and hands.
 

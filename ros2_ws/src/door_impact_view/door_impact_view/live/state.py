@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.errors import DegeneratePolygonError
 from hrp2_description.support import polygon_margin
@@ -74,7 +75,11 @@ class State:
             (3,) [N] by link.
         hands: Names of those links that are hands.
         plan: The last plan.
-        phase: What the executor is doing; empty if it does nothing.
+        phase: What the robot is doing, whoever wanted it; empty if it does nothing.
+        moving: Names of the orders behind that, as `panels.Order` has them.
+        served: Names of the orders that a node would take.
+        speed: Time of the graph per real time; None as long as it is not known.
+        footsteps: Corners of the soles that will stand on the floor, (N, 4, 2) [m].
     """
 
     robot: Body = field(default_factory=Body)
@@ -88,6 +93,10 @@ class State:
     hands: frozenset[str] = frozenset()
     plan: PlanSummary | None = None
     phase: str = ""
+    moving: frozenset[str] = frozenset()
+    served: frozenset[str] = frozenset()
+    speed: float | None = None
+    footsteps: Array = field(default_factory=lambda: np.zeros((0, 4, 2)))
 
     @property
     def problem(self) -> str:

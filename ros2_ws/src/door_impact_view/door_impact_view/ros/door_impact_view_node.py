@@ -78,7 +78,7 @@ class DoorImpactView(GuardedNode):
         if not self.page.watched:
             return
         state = self._watcher.update()
-        state.phase = self._operator.phase
+        state.served = self._operator.served()
         self.page.draw(state)
         if state.problem != self._problem:
             self._problem = state.problem

@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from door_impact_common.node import GuardedNode
-from door_impact_msgs.action import ExecuteDoorImpact, WalkThroughDoor
+from door_impact_msgs.action import ExecuteDoorImpact, Walk, WalkThroughDoor
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
 from rclpy.action import ActionClient
 from std_srvs.srv import Trigger
 
-from door_impact_view.live.panels import Order, Reply
+from door_impact_view.live.panels import Name, Order, Reply, name_buttons
 
-_SERVICES = {
+_SERVICES: dict[Name, tuple[Any, str]] = {
     "push": (PushDoor, "sim/push_door"),
     "identify": (IdentifyCloser, "identify_closer"),
     "plan": (PlanDoorImpact, "plan_door_impact"),
     "stop": (Trigger, "stop"),
     "reset": (Trigger, "sim/reset"),
 }
-_ACTIONS = {
-    "run": (ExecuteDoorImpact, "execute_door_impact"),
+ACTIONS: dict[Name, tuple[Any, str]] = {
+    "hit": (ExecuteDoorImpact, "execute_door_impact"),
+    "walk": (Walk, "walk"),
     "pass": (WalkThroughDoor, "walk_through_door"),
 }
+_NAMES = {name: service for name, (_, service) in (*_SERVICES.items(), *ACTIONS.items())}
 
 
 class Operator:
@@ -34,9 +38,6 @@ class Operator:
 
     Args:
         node: The node.
-
-    Attributes:
-        phase: What the motion that the page started is doing; empty if there is none.
     """
 
     def __init__(self, node: GuardedNode) -> None:
@@ -44,12 +45,17 @@ class Operator:
         self._clients = {name: node.create_client(kind, service)
                          for name, (kind, service) in _SERVICES.items()}
         self._actions = {name: ActionClient(node, kind, action)
-                         for name, (kind, action) in _ACTIONS.items()}
-        self.phase = ""
+                         for name, (kind, action) in ACTIONS.items()}
 
     def give(self, order: Order, reply: Reply) -> None:
         """Take an order; `work` carries it out."""
         self._orders.put((order, reply))
+
+    def served(self) -> frozenset[Name]:
+        """Return the names of the orders for which there is a node."""
+        return frozenset(
+            [name for name, client in self._clients.items() if client.service_is_ready()]
+            + [name for name, client in self._actions.items() if client.server_is_ready()])
 
     def work(self) -> None:
         """Carry out new orders; their answers come from callbacks."""
@@ -58,46 +64,36 @@ class Operator:
                 order, reply = self._orders.get_nowait()
             except Empty:
                 return
-            if order.name in _ACTIONS:
-                self._run(order.name, reply)
+            if order.name not in self.served():
+                reply(False, f"No node that serves {_NAMES[order.name]} is running.")
+            elif order.name in ACTIONS:
+                self._run(order, reply)
             else:
-                self._call(order, reply)
+                kind, _ = _SERVICES[order.name]
+                request = kind.Request(**order.fields)
+                _when_done(self._clients[order.name].call_async(request), reply,
+                           partial(_answer, reply))
 
-    def _call(self, order: Order, reply: Reply) -> None:
-        client = self._clients[order.name]
-        if not client.service_is_ready():
-            reply(False, f"The service {client.service_name} is not there: no node that serves "
-                  "it is running.")
-            return
-        kind, _ = _SERVICES[order.name]
-        _when_done(client.call_async(kind.Request(**order.fields)), reply, lambda answer: reply(
-            answer.success, answer.message))
-
-    def _run(self, name: str, reply: Reply) -> None:
-        (kind, action), client = _ACTIONS[name], self._actions[name]
-        if not client.server_is_ready():
-            reply(False, f"The action {action} is not there: no node that serves it is running.")
-            return
+    def _run(self, order: Order, reply: Reply) -> None:
+        goal = ACTIONS[order.name][0].Goal()
+        if order.name == "walk":
+            place, half = goal.goal.pose, math.radians(order.fields["turn"]) / 2.0
+            place.position.x, place.position.y = order.fields["x"], order.fields["y"]
+            place.orientation.z, place.orientation.w = math.sin(half), math.cos(half)
 
         def accepted(handle: Any) -> None:
             if not handle.accepted:
-                reply(False, "The goal was refused: another motion is running, or it has been "
-                      "stopped.")
+                reply(False, "The goal was refused: another one is being carried out.")
                 return
-            _when_done(handle.get_result_async(), reply, ended)
+            _when_done(handle.get_result_async(), reply,
+                       lambda answer: _answer(reply, answer.result))
 
-        def ended(answer: Any) -> None:
-            self.phase = ""
-            reply(answer.result.success, answer.result.message)
+        _when_done(self._actions[order.name].send_goal_async(goal), reply, accepted)
 
-        _when_done(client.send_goal_async(
-            kind.Goal(), feedback_callback=self._on_feedback), reply, accepted)
 
-    def _on_feedback(self, message: Any) -> None:
-        feedback = message.feedback
-        done = (f"{100.0 * feedback.progress:.0f} %" if hasattr(feedback, "progress") else
-                feedback.hit_phase or f"step {feedback.step} of {feedback.steps}")
-        self.phase = f"{feedback.phase}, {done}"
+def _answer(reply: Reply, answer: Any) -> None:
+    """Pass on what a node says of an order."""
+    reply(answer.success, name_buttons(answer.message, _NAMES))
 
 
 def _when_done(future: Any, reply: Reply, take: Callable[[Any], None]) -> None:

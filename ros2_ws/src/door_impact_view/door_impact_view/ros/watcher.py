@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import time
 from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import numpy as np
+from action_msgs.msg import GoalStatus, GoalStatusArray
 from door_impact_common.node import GuardedNode
 from door_impact_common.stamps import seconds
 from door_impact_msgs.msg import ImpactPlan
@@ -18,9 +20,13 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 from door_impact_view.errors import UrdfError
+from door_impact_view.live.panels import Name
 from door_impact_view.live.state import Body, PlanSummary, Pose, Stamped, State
+from door_impact_view.ros.operator import ACTIONS
+from door_impact_view.scene.poses import rotate
 from door_impact_view.scene.urdf import read_urdf
 
 # Of a message that comes often only the last counts, and a lost one is followed by the next.
@@ -30,10 +36,17 @@ _LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _TRANSFORMS = QoSProfile(depth=16, reliability=ReliabilityPolicy.BEST_EFFORT)
 _STATIC = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _HANDS = ("left_wrist/wrench", "right_wrist/wrench")
+_UNDER_WAY = (GoalStatus.STATUS_ACCEPTED, GoalStatus.STATUS_EXECUTING, GoalStatus.STATUS_CANCELING)
+_STATUS, _FEEDBACK = "/_action/status", "/_action/feedback"
+_MOTIONS: dict[Name, str] = {"hit": "hit", "walk": "walk", "pass": "way through the door"}
+_SPEED_OVER = 2.0  # real time over which the speed of the graph's clock is taken [s]
 _TOPICS: tuple[tuple[Any, str, QoSProfile], ...] = (
+    *((GoalStatusArray, action + _STATUS, _LATCHED) for _, action in ACTIONS.values()),
+    *((kind.Impl.FeedbackMessage, action + _FEEDBACK, _LAST) for kind, action in ACTIONS.values()),
     (String, "robot_description", _LATCHED),
     (String, "door_description", _LATCHED),
     (ImpactPlan, "door_impact_plan", _LATCHED),
+    (MarkerArray, "footstep_markers", _LATCHED),
     (TFMessage, "/tf_static", _STATIC),
     (TFMessage, "/tf", _TRANSFORMS),
     (JointState, "joint_states", _LAST),
@@ -63,6 +76,10 @@ class Watcher:
         self._subscriptions: list[Any] = []
         self._inbox: dict[str, deque[Any]] = {}
         self._poses: dict[str, Pose] = {}  # of frames in the world, by name
+        self._goals: dict[Name, dict[bytes, float]] = {}  # stamps [s] of those under way
+        self._progress: dict[bytes, str] = {}  # of the last goal that told any
+        self._footsteps: Stamped | None = None  # corners of the soles, (N, 4, 2) [m]
+        self._clock: deque[tuple[float, float]] = deque()  # real time and that of the graph [s]
         self._state = State()
 
     def watch(self, watching: bool) -> None:
@@ -81,7 +98,8 @@ class Watcher:
         robot, door = (Body(body.text, body.scene, body.problem)
                        for body in (self._state.robot, self._state.door))
         self._state = State(robot=robot, door=door, plan=self._state.plan)
-        self._poses.clear()
+        for kept in (self._poses, self._goals, self._clock):
+            kept.clear()
 
     def update(self) -> State:
         """Read what has come since the last time, and return the state."""
@@ -100,7 +118,36 @@ class Watcher:
         # Only now: a description may come after the only message with the place.
         for body in (self._state.robot, self._state.door):
             body.pose = self._poses.get(_root(body))
+        self._tell_motion()
+        self._measure_speed()
         return self._state
+
+    def _tell_motion(self) -> None:
+        """Say what the robot is doing, from the goals that are under way."""
+        for name, (_, action) in ACTIONS.items():
+            if not self._node.count_publishers(action + _STATUS):
+                self._goals.pop(name, None)  # its node has gone, and the goals with it
+        self._state.moving = frozenset(name for name, goals in self._goals.items() if goals)
+        self._state.phase = "; ".join(
+            f"{_MOTIONS[name]}: {self._progress.get(goal, 'is being prepared')}"
+            for name, goals in self._goals.items() for goal in goals)
+        begun = min((stamp for goals in self._goals.values() for stamp in goals.values()),
+                    default=math.inf)
+        self._state.footsteps = np.zeros((0, 4, 2)) if (
+            self._footsteps is None or self._footsteps.time < begun) else self._footsteps.value
+
+    def _measure_speed(self) -> None:
+        """Compare the graph's clock with real time."""
+        now, clock = self._state.now, self._clock
+        if now is None:
+            return
+        if clock and now < clock[-1][1]:
+            clock.clear()  # the simulation was started again
+        clock.append((time.monotonic(), now))
+        while clock[-1][0] - clock[0][0] > _SPEED_OVER:
+            clock.popleft()
+        real = clock[-1][0] - clock[0][0]
+        self._state.speed = (now - clock[0][1]) / real if real > 0.5 * _SPEED_OVER else None
 
     def _read(self, topic: str, message: Any) -> bool:
         """Put a message into the state; return whether older ones of its topic do not matter."""
@@ -131,6 +178,15 @@ class Watcher:
             case "support_polygon":
                 corners = [[corner.x, corner.y] for corner in message.polygon.points]
                 state.polygon = _stamped(message, np.reshape(corners, (-1, 2)))
+            case "footstep_markers":
+                self._footsteps = _soles(message)
+            case _ if topic.endswith(_STATUS):
+                name = _order(topic, _STATUS)
+                self._goals[name] = {
+                    bytes(each.goal_info.goal_id.uuid): seconds(each.goal_info.stamp)
+                    for each in message.status_list if each.status in _UNDER_WAY}
+            case _ if topic.endswith(_FEEDBACK):
+                self._progress = {bytes(message.goal_id.uuid): progress(message.feedback)}
             case _:
                 force = message.wrench.force
                 link = message.header.frame_id.removeprefix(self._prefix)
@@ -138,6 +194,15 @@ class Watcher:
                 if topic in _HANDS:
                     state.hands |= {link}
         return True
+
+
+def progress(feedback: Any) -> str:
+    """Return how far an action has come, by its feedback."""
+    step = f"step {feedback.step} of {feedback.steps}" if hasattr(feedback, "step") else ""
+    if not hasattr(feedback, "phase"):
+        return step
+    done = (f"{100.0 * feedback.progress:.0f} %" if not step else feedback.hit_phase or step)
+    return f"{feedback.phase}, {done}"
 
 
 def plan_summary(message: Any) -> PlanSummary:
@@ -164,6 +229,11 @@ def plan_summary(message: Any) -> PlanSummary:
 
 def _store(inbox: deque[Any], data: bytes) -> None:
     inbox.append(data)
+
+
+def _order(topic: str, ending: str) -> Name:
+    """Return the order whose action has a topic."""
+    return next(name for name, (_, action) in ACTIONS.items() if topic == action + ending)
 
 
 def _root(body: Body) -> str:
@@ -193,6 +263,21 @@ def _stamped(message: Any, values: Any) -> Stamped:
     if not np.isfinite(row).all():
         raise ValueError("a number in it is not finite")
     return Stamped(seconds(message.header.stamp), row)
+
+
+def _soles(message: Any) -> Stamped | None:
+    """Return the corners of the boxes in a MarkerArray as seen from above, or None without any."""
+    boxes = [each for each in message.markers if each.type == Marker.CUBE and not each.action]
+    if not boxes:
+        return None
+    unit = 0.5 * np.array([[1, 1, 0], [-1, 1, 0], [-1, -1, 0], [1, -1, 0]])
+    corners = []
+    for box in boxes:
+        place, turn, size = box.pose.position, box.pose.orientation, box.scale
+        arms = rotate(np.tile([turn.w, turn.x, turn.y, turn.z], (4, 1)),
+                      unit * [size.x, size.y, size.z])
+        corners.append(arms[:, :2] + [place.x, place.y])
+    return _stamped(boxes[0], corners)
 
 
 def _poses(message: Any, world: str, prefix: str) -> dict[str, Pose]:

@@ -113,3 +113,15 @@ def test_every_link_is_where_pinocchio_says(opened, index):
         w, x, y, z = pose["orientation"]
         turned = pin.Quaternion(w, x, y, z).matrix().T @ true.rotation
         assert np.linalg.norm(pin.log3(turned)) < 1e-4, link
+
+
+def test_a_phone_with_dark_mode_gets_a_dark_page_of_its_width(open_tab, tmp_path):
+    """Nothing sticks out at the right; the text is light."""
+    path = tmp_path / "replay.html"
+    path.write_text(page("Replay", recording()), encoding="utf-8")
+    tab = open_tab(path.as_uri(), (390, 844), offline=True, color_scheme="dark")
+    wait(tab, "window.replay !== undefined")
+    assert tab.evaluate("document.documentElement.scrollWidth") == 390
+    ground, text = (tab.evaluate(f"getComputedStyle(document.body).{name}").strip("rgb()")
+                    for name in ("backgroundColor", "color"))
+    assert max(map(int, ground.split(","))) < 60 < 180 < min(map(int, text.split(",")))

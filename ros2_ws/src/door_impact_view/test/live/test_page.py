@@ -1,5 +1,6 @@
 """Tests of the page with a client in place of a browser: address, orders and texts."""
 
+import numpy as np
 import pytest
 from door_impact_view.errors import AddressError
 from door_impact_view.live import panels
@@ -39,6 +40,29 @@ def test_an_order_reaches_its_taker_and_every_browser_shows_the_answer():
     page.stop()
 
 
+SERVED = frozenset(panels.BUTTONS)
+ROBOT = {"hit", "walk", "pass"}
+
+
+@pytest.mark.parametrize(("state", "refused"), [
+    (State(served=SERVED), {"hit"}),  # there is no plan
+    (State(served=SERVED, plan=PlanSummary()), set()),
+    (State(served=SERVED, plan=PlanSummary(), moving=frozenset({"walk"})), {"hit", "pass"}),
+    (State(served=SERVED, plan=PlanSummary(), moving=frozenset({"hit"})), ROBOT),
+    (State(served=SERVED - {"push", "reset"}, plan=PlanSummary()), {"push", "reset"}),
+    (State(), SERVED - {"stop"})])
+def test_what_would_be_refused_is_disabled(state, refused):
+    """A newer walk replaces the one under way; Stop can always be pressed."""
+    assert set(panels.refusals(state)) == refused
+
+
+def test_a_refusal_names_the_button_to_press():
+    """Behind a service of any namespace; walk, hit and plan are English words as well."""
+    assert panels.name_buttons("walk: call /a/plan_door_impact first", {
+        "plan": "plan_door_impact", "walk": "walk"}) == (
+        'walk: call /a/plan_door_impact (button "Plan") first')
+
+
 def test_without_joint_angles_the_robot_is_in_its_zero_posture():
     """Each link's node is where the URDF's joint has it, not at its parent's origin."""
     page = Page("127.0.0.1", 0, lambda order, reply: None)
@@ -49,6 +73,42 @@ def test_without_joint_angles_the_robot_is_in_its_zero_posture():
     node = "/robot/visual/RLEG_LINK0/RLEG_LINK1/RLEG_LINK2/RLEG_LINK3"
     client.until(lambda: "position" in client.nodes.get(node, {}))
     assert client.nodes[node]["position"] == pytest.approx(knee.origin[:3, 3])
+    client.close()
+    page.stop()
+
+
+def test_the_camera_follows_the_robot_as_long_as_it_is_to():
+    """On the floor: not up and down."""
+    page = Page("127.0.0.1", 0, lambda order, reply: None, plot_every=1)
+    client = PageClient(page.port)
+    client.until(lambda: page.watched and client.has("camera follows the robot"))
+    x, y, z = page._server.initial_camera.position
+    turn = np.array([1.0, 0.0, 0.0, 0.0])
+    for place in ([0.5, 0.0, 0.7], [1.0, 0.3, 0.8]):
+        page.draw(State(robot=Body(pose=(np.array(place), turn))))
+    client.until(lambda: client.camera == pytest.approx((x + 1.0, y + 0.3, z)))
+    client.enter("camera follows the robot", False)
+    client.until(lambda: not page._follows.value)
+    page.draw(State(robot=Body(pose=(np.array([5.0, 0.3, 0.7]), turn)), phase="walk"))
+    client.until(lambda: "walk" in client.text())
+    assert client.camera == pytest.approx((x + 1.0, y + 0.3, z))
+    client.close()
+    page.stop()
+
+
+def test_a_click_on_the_floor_is_a_goal_for_walk():
+    """Its turn stays; a click above the horizon is none."""
+    given = []
+    page = Page("127.0.0.1", 0, lambda order, reply: given.append(order.fields))
+    client = PageClient(page.port)
+    client.until(lambda: page.watched and client.has("Walk"))
+    client.enter("x, y [m], turn [deg]", (0.0, 0.0, 90.0))
+    client.click((2.0, 1.0, 1.5), (-0.4, 0.2, -1.0))
+    client.until(lambda: client.nodes["/goal"].get("position") == pytest.approx((1.4, 1.3, 0.0)))
+    client.click((2.0, 1.0, 1.5), (-0.4, 0.2, 0.1))
+    client.press("Walk")
+    client.until(lambda: given)
+    assert given == [{"x": 1.4, "y": 1.3, "turn": 90.0}]
     client.close()
     page.stop()
 

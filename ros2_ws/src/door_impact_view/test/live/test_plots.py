@@ -34,6 +34,17 @@ def test_angle_and_margin_are_in_degrees_and_millimetres(plots: Plots) -> None:
     np.testing.assert_allclose(plots.shown["ZMP margin [mm]"].handle.data[1], [80.0, 70.0, 40.0])
 
 
+def test_noise_is_not_drawn_as_large_as_a_signal(plots: Plots) -> None:
+    """The axis shows at least 20 deg, from 0, and grows with what is larger."""
+    for time, angle, shown in ((1.0, 1e-4, (0.0, 20.0)), (2.0, -0.05, (-5.0, 20.0)),
+                               (3.0, 0.5, (-5.0, 30.0))):
+        plots.add(State(now=time, door_angle=Stamped(time, np.array([angle]))))
+        plots.send()
+        scales = plots.shown["door angle [deg]"].handle.scales
+        assert scales is not None
+        assert scales["y"]["range"] == shown
+
+
 def test_a_sensor_that_is_silent_has_no_value(plots: Plots) -> None:
     """Its curve does not go on with the last value, and the other one goes on."""
     for time in (1.0, 1.0 + 1.1 * STALE):

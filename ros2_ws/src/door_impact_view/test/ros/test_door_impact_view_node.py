@@ -11,18 +11,20 @@ import pytest
 import rclpy
 from door_impact_common.node import executor_of, spin_for
 from door_impact_common.stamps import stamp_of
-from door_impact_msgs.action import ExecuteDoorImpact
+from door_impact_msgs.action import Walk
 from door_impact_msgs.srv import PlanDoorImpact
 from door_impact_view.ros.door_impact_view_node import DoorImpactView
 from geometry_msgs.msg import Point32, PointStamped, PolygonStamped, TransformStamped
 from hrp2_description.data import data_path
 from page_client import PageClient
-from rclpy.action import ActionServer
+from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.task import Future
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
 
 HRP2 = data_path("urdf/hrp2.urdf").read_text(encoding="utf-8")
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -154,7 +156,7 @@ def test_a_refusal_appears_as_a_sentence() -> None:
         r.other.create_service(PlanDoorImpact, "plan_door_impact", refuse)
         page = r.open_page()
         r.until(lambda: page.has("Plan") and r.view.count_services("plan_door_impact"))
-        page.press("Run")
+        page.press("Hit")
         r.until(lambda: any("execute_door_impact" in text for _, text in page.notifications))
         page.enter("angle [deg]", 35.0)
         page.enter("ending", "retreat")
@@ -168,32 +170,74 @@ def test_a_refusal_appears_as_a_sentence() -> None:
         "Plan a hit for 35.0 deg: not done", "no such angle: 35 deg is above <30> {deg}")
 
 
-def test_run_shows_phases_and_the_result() -> None:
-    """Feedback of the action appears as the phase, and its result as a sentence."""
+def test_a_motion_is_shown_whoever_wants_it() -> None:
+    """Phase, footsteps and disabled buttons follow a goal from elsewhere, also one that is older.
+
+    Footsteps of an older walk are not drawn.
+    """
+
+    async def execute(goal: Any) -> Any:
+        goals.append(goal)
+        await ended
+        goal.succeed()
+        return Walk.Result(success=True)
+
+    goals: list[Any] = []
+    ended = Future()
+    with rig() as r:
+        server = ActionServer(r.other, Walk, "walk", execute)
+        client = ActionClient(r.other, Walk, "walk")
+        markers = r.other.create_publisher(MarkerArray, "footstep_markers", LATCHED)
+
+        def step(x: float, stamp: Any) -> None:
+            sole = Marker(type=Marker.CUBE)
+            sole.header.stamp, sole.pose.position.x, sole.scale.x = stamp, x, 0.2
+            markers.publish(MarkerArray(markers=[Marker(action=Marker.DELETEALL), sole]))
+
+        step(9.0, stamp_of(1))
+        r.until(client.server_is_ready)
+        client.send_goal_async(Walk.Goal())
+        r.until(lambda: goals)
+        page = r.open_page()
+        r.until(lambda: "walk: is being prepared" in page.text())
+        assert not page.nodes["/footsteps"].get("visible")
+        step(1.0, r.other.get_clock().now().to_msg())
+        r.until(lambda: "walk: step 2 of 5" in page.text() and page.nodes["/footsteps"]["visible"],
+                lambda: goals[0].publish_feedback(Walk.Feedback(step=2, steps=5)))
+        assert not page.disabled("Walk")  # a newer goal replaces the older one
+        assert page.disabled("Hit")
+        ended.set_result(None)
+        r.until(lambda: "no motion" in page.text() and not page.nodes["/footsteps"]["visible"])
+        ended = Future()
+        client.send_goal_async(Walk.Goal())
+        r.until(lambda: "walk: " in page.text())
+        server.destroy()
+        r.until(lambda: "no motion" in page.text())
+        client.destroy()
+
+
+def test_walk_asks_for_the_goal_of_the_panel() -> None:
+    """And its result appears as a sentence."""
+    goals = []
 
     def execute(goal: Any) -> Any:
-        feedback = ExecuteDoorImpact.Feedback(phase="cam", progress=0.5)
-        for _ in range(40):
-            goal.publish_feedback(feedback)
-            spin_for(r.view_executor, 0.0)
-            r.view.tick()
-            page.read(timeout=0.005)
-            seen.append("cam, 50 %" in page.text())
+        goals.append(goal.request.goal.pose)
         goal.abort()
-        return ExecuteDoorImpact.Result(success=False, message="the door was not there")
+        return Walk.Result(success=False, message="the door is in the way")
 
-    seen: list[bool] = []
     with rig() as r:
-        server = ActionServer(r.other, ExecuteDoorImpact, "execute_door_impact", execute)
+        server = ActionServer(r.other, Walk, "walk", execute)
         page = r.open_page()
-        r.until(lambda: page.has("Run") and r.view.count_services(
-            "execute_door_impact/_action/send_goal"))
-        page.press("Run")
+        r.until(lambda: page.has("Walk") and not page.disabled("Walk"))
+        page.enter("x, y [m], turn [deg]", (1.0, -0.5, 90.0))
+        page.press("Walk")
         r.until(lambda: page.notifications)
-        r.until(lambda: "no motion" in page.text())
         server.destroy()
-    assert any(seen)
-    assert page.notifications[-1][1] == "the door was not there"
+    assert page.notifications[-1] == (
+        "Walk to x 1.00 m, y -0.50 m, turn 90 deg: not done", "the door is in the way")
+    ((pose,),) = (goals,)
+    assert (pose.position.x, pose.position.y) == (1.0, -0.5)
+    assert (pose.orientation.z, pose.orientation.w) == pytest.approx((0.5**0.5, 0.5**0.5))
 
 
 def test_bad_messages_do_not_end_the_view() -> None:

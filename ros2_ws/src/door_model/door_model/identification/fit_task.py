@@ -6,13 +6,16 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
 
+import numpy as np
+from numpy.typing import NDArray
+
 from door_model.checks import require_not_negative
 from door_model.door.closer import FourBarCloser
-from door_model.errors import DoorParameterError, NoFitError, NoSwingError
+from door_model.errors import BadRecordingError, DoorParameterError, NoFitError, NoSwingError
 from door_model.identification.odd_swings import CommonFit, fit_common, warnings_about
 from door_model.identification.parameters import ratio_bounds
 from door_model.identification.trajectory_fit import EXTRAS, OPENING, SWING, RatioFit, fit_ratios
-from door_model.recording.checks import zero_doubts
+from door_model.recording.checks import missing_rows, standing, zero_doubts
 from door_model.recording.recording import Recording
 from door_model.recording.swings import MIN_PEAK, FoundSwings, FreeSwing
 
@@ -34,7 +37,8 @@ _NOT_MODELLED = (
     "no friction, latch or backcheck explains the closing: a delayed action, a second latch zone "
     "and trapped air are not modelled")
 _WRONG_LINKAGE = (
-    "check the lengths of the linkage, and the encoder's counts per turn")
+    "check the lengths of the linkage, the encoder's counts per turn, and that nobody changed the "
+    "closer between the swings")
 
 
 class Window(Enum):
@@ -302,12 +306,23 @@ def usable_swings(
 
     Raises:
         NoSwingError: No swing is usable.
+        BadRecordingError: Rows are missing in more than one swing, or in the only one.
     """
     lowest, limit = linkage.closing_limit(), linkage.opening_limit()
+    held, leaps = standing(recording)[0], missing_rows(recording)
     usable, warnings = [], zero_doubts(recording)
+    warnings += [f"the door was held open at {hold}" for hold in held]
+    gaps = 0
     for swing in found.swings:
         low, top = float(swing.theta.min()), float(swing.theta.max())
-        if swing.stopped:
+        begin, end = float(swing.t[0]), float(swing.t[-1])
+        inside = leaps[(recording.t[leaps] >= begin) & (recording.t[leaps] < end)]
+        if any(hold.start < end and begin < hold.end for hold in held):
+            reason = "the door was held then"
+        elif inside.size:
+            reason = _missing_rows(recording, inside)
+            gaps += 1
+        elif swing.stopped:
             reason = f"it hit something at {math.degrees(top):.1f} deg"
         elif not (lowest < low and top < limit):
             reason = (
@@ -317,7 +332,10 @@ def usable_swings(
         else:
             usable.append(swing)
             continue
-        warnings.append(f"the swing at {swing.t[0]:.1f} s was left out: {reason}")
+        warnings.append(f"the swing at {begin:.1f} s was left out: {reason}")
+    if gaps > 1 or gaps == len(found.swings) > 0:  # the others may lack rows where it was slow
+        raise BadRecordingError(
+            "the recording", None, _missing_rows(recording, leaps), value=len(leaps), limit=0)
     warnings += [
         f"the swing with its top at {time:.1f} s was left out: it does not begin at the shut door"
         for time in found.other_tops
@@ -328,14 +346,20 @@ def usable_swings(
         raise NoSwingError(
             "the recording is empty", quantity="number of samples", value=0, limit=1)
     highest = float(recording.theta.max())
+    problem = "none of the swings can be used" if found.swings else (
+        f"no free swing above {math.degrees(MIN_PEAK):.0f} deg in "
+        f"{recording.t[-1] - recording.t[0]:.1f} s of recording (largest angle "
+        f"{math.degrees(highest):.2f} deg): push the shut door once, let go, and wait until it "
+        "has fallen shut; check the counts per turn, and that angles are in degrees")
     raise NoSwingError(
-        "; ".join([
-            f"no free swing above {math.degrees(MIN_PEAK):.0f} deg in "
-            f"{recording.t[-1] - recording.t[0]:.1f} s of recording (largest angle "
-            f"{math.degrees(highest):.2f} deg): push the shut door once, let go, and wait until it "
-            "has fallen shut; check the counts per turn, and that angles are in degrees",
-            *warnings]),
-        quantity="largest angle [rad]",
-        value=highest,
-        limit=MIN_PEAK,
-    )
+        "; ".join([problem, *warnings]), quantity="largest angle [rad]", value=highest,
+        limit=MIN_PEAK)
+
+
+def _missing_rows(recording: Recording, leaps: NDArray[np.intp]) -> str:
+    """Return a sentence on rows that are missing behind some samples."""
+    at = int(leaps[0])
+    leap = math.degrees(float(recording.theta[at + 1] - recording.theta[at]))
+    return (
+        f"rows are missing, and their times were numbered anew: the angle leaps {len(leaps)} "
+        f"time(s) from one row to the next, first by {leap:.2f} deg at {recording.t[at]:.3f} s")

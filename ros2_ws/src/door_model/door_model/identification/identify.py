@@ -51,7 +51,7 @@ _EARLY = math.radians(0.5)  # a swing begins early if it begins this far below t
 _FEW = 4  # fewer swings than this cause a warning
 _SCALE_DOUBT = 0.1  # standard deviation of I_A that causes a warning, relative to I_A
 _ZERO_COUNTS_STD = 0.5  # standard deviation of the encoder's zero [counts]
-_CLOSERS = (4.5, 280.0)  # torque at the shut door [N m]: half of EN 1154's size 1, twice size 7
+_CLOSERS = (4.0, 280.0)  # torque at the shut door [N m]; EN 1154's sizes 1 to 7: 9 to 140
 _PUSHED = math.radians(10.0)  # least peak of the largest of the pushes that are asked for [rad]
 _PLATE = (0.5, 1.5)  # plausible moment of inertia of a leaf / that of a plate
 
@@ -97,6 +97,8 @@ class Identification:
         scale_reference: Description of the measurement that fixed the scale.
         warnings: What was left out, and what makes the result doubtful.
         assumptions: What was assumed to read the recording, such as its counts per turn.
+        duration: Time from the first to the last sample of the recording [s].
+        rate: Samples of the recording per second, between its gaps [1/s].
     """
 
     door: Door
@@ -111,6 +113,8 @@ class Identification:
     scale_reference: str
     warnings: list[str]
     assumptions: tuple[str, ...] = ()
+    duration: float = 0.0
+    rate: float = 0.0
 
     def value_of(self, name: str) -> float:
         """Return the value of the parameter of this name."""
@@ -187,7 +191,8 @@ def identify(
     warnings = [*garbage_warnings, *gap_doubts(clean), *swing_warnings, *fit_warnings,
                 *bound_warnings]
     result = replace(
-        _result(fit, common.swings, linkage, resolved, warnings), assumptions=clean.assumptions)
+        _result(fit, common.swings, linkage, resolved, warnings), assumptions=clean.assumptions,
+        duration=float(np.ptp(recording.t)), rate=1.0 / float(np.median(np.diff(recording.t))))
     result.warnings.extend(_contradictions(result, leaf, refuse=not force))
     return result
 

@@ -15,6 +15,7 @@ _GAIN = 0.5  # a swing is left out if that brings the residuals below this share
 _MOST_TRIED = 12  # largest number of swings that are left out on trial in a round
 _LEAST_LEFT = 3  # no swing is left out of this number: the odd one could not be recognised
 _MOST_OUT = 1.0 / 3.0  # largest share of the swings that is left out
+_APART = 0.25  # swings are of two closers if two fits leave less than this share of the residuals
 
 
 @dataclass(frozen=True)
@@ -49,12 +50,13 @@ def fit_common(
         first: First guesses by name, as in `trajectory_fit.fit_ratios`.
 
     Raises:
-        NoFitError: The swings cannot be fitted, even without the worst ones.
+        NoFitError: The swings cannot be fitted, even without the worst ones, or the closer was
+            changed between two of them.
     """
     kept = list(swings)
     out: list[FreeSwing] = []
     known = dict(first or {})
-    fit = _tried(linkage, kept, free, zero_std, known)
+    fit = of_all = _tried(linkage, kept, free, zero_std, known)
     while _rmse(fit) > good_rmse and len(kept) > _LEAST_LEFT and (
         len(out) + 1 <= _MOST_OUT * len(swings)):
         worst = range(len(kept)) if isinstance(fit, NoFitError) else np.argsort(-fit.swing_rmse)
@@ -67,6 +69,18 @@ def fit_common(
             break
         out.append(kept.pop(best))
         fit = trials[best]
+    if len(out) > 1 or _rmse(fit) > good_rmse:
+        limit = min(good_rmse, _APART * _rmse(of_all))
+        for place in range(2, len(swings) - 1):
+            parts = swings[:place], swings[place:]
+            if all(_rmse(_tried(linkage, part, free, zero_std, known)) <= limit for part in parts):
+                before, after = (", ".join(f"{swing.t[0]:.1f}" for swing in part) for part in parts)
+                raise NoFitError(
+                    f"the swings at {before} s agree with each other, and so do those at {after} "
+                    "s, but not with them: was the closer or the linkage changed in between? "
+                    "Identify each from a recording of its own",
+                    quantity="root mean square of the residuals of all [rad]",
+                    value=_rmse(of_all), limit=limit)
     if isinstance(fit, NoFitError):
         raise fit
     return CommonFit(fit, kept, out)

@@ -183,9 +183,14 @@ class ForceGauge:
         # If the readings scatter more than their standard deviations, the result is less certain.
         excess = float(weight @ (torque - i_a * pull) ** 2) / max(1, len(torque) - 1)
         std = math.sqrt(max(1.0, excess) / information)
-        doubts = () if excess < _APART else (
+        doubts: tuple[str, ...] = () if excess < _APART else (
             "the readings of the force gauge contradict each other by "
             f"{math.sqrt(excess):.1f} times their standard deviations",)
+        widest = math.degrees(float(angles.max()))
+        if 0.0 < widest < 0.5 * math.pi:  # [deg], a number that angles have in radians
+            doubts += (
+                f"the force gauge was read at {widest:g} deg: if that is {widest:g} rad, give "
+                f"{math.degrees(widest):.1f} deg",)
         plural = "" if len(torque) == 1 else "s"
         return Scale(
             i_a, std, f"{len(torque)} reading{plural} of a force gauge", by_pull @ slopes, doubts)

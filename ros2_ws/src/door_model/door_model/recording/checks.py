@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,10 +10,11 @@ from scipy.ndimage import maximum_filter, maximum_filter1d, median_filter, minim
 
 from door_model.errors import BadRecordingError
 from door_model.recording.recording import Recording
-from door_model.recording.sensor import FASTEST
+from door_model.recording.sensor import FASTEST, STANDS
 
 _WINDOW = 0.06  # window of the running median [s]; a batch of 20 ms is a third of it
 _DEVIATIONS = 3.0  # distance from the median from which a sample is garbage / scatter
+_NOISY = 6.0  # a step is no noise if it is larger than expected by this many deviations
 _NORMAL = 1.4826  # standard deviation of a normal distribution / its median deviation
 _COUNTS = 4.0  # least distance from the median of a garbage sample [counts]
 _LEAST = np.radians(0.1)  # least distance from the median, and from zero, that matters [rad]
@@ -32,7 +34,6 @@ _DOWN = np.radians(2.0)  # least negative angle that shows a reversed direction 
 _LONGEST_GAP = 0.1  # longest gap that is not named [s]: five batches of 20 ms
 _LEAP = np.radians(1.0)  # least leap that no door makes [rad]
 _DRIFT = np.radians(0.5)  # largest drift of the shut door [rad]
-_STANDS = 0.2  # shortest time for which a door stands still [s]
 _UNKNOWN = np.radians(1e-3)  # residuals [rad] below which nothing is known about a sensor
 
 
@@ -171,24 +172,28 @@ def zero_doubts(recording: Recording) -> list[str]:
 
 
 def require_continuity(recording: Recording) -> None:
-    """Check that the door moves as a door can, and rests at one place.
+    """Check that the door moves as a door can, and rests at one place where nobody holds it open.
 
     Raises:
         BadRecordingError: The angle leaps and stays there, or that of the shut door drifts.
     """
     t, theta = recording.t, recording.theta
+    _, places = standing(recording)
+    drifts = bool(places.size and np.ptp(places) > _DRIFT)
     least = max(_COUNTS * recording.resolution, _LEAP)
-    fast = np.flatnonzero(np.abs(np.diff(theta)) > FASTEST * np.diff(t) + least)
-    if fast.size:
-        at = int(fast[0])
+    fast = np.abs(np.diff(theta)) > FASTEST * np.diff(t) + least
+    if not drifts:  # a counter that has lost nothing leaps ahead where rows are missing
+        fast[missing_rows(recording)] = False
+    if fast.any():
+        at = int(np.argmax(fast))
         leap = float(theta[at + 1] - theta[at])
         raise BadRecordingError(
             "the recording", None,
-            f"leaps {fast.size} time(s), first by {np.degrees(leap):.2f} deg at {t[at]:.3f} s, as "
-            "no door can and no counter's range explains: was the counter reset, did it lose "
-            "counts, or does it wrap at another number?", value=leap, limit=least)
-    places = _rests(recording)
-    if places.size and np.ptp(places) > _DRIFT:
+            f"leaps {np.count_nonzero(fast)} time(s), first by {np.degrees(leap):.2f} deg at "
+            f"{t[at]:.3f} s, as no door can and no counter's range explains: was the counter "
+            "reset, did it lose counts, or does it wrap at another number?", value=leap,
+            limit=least)
+    if drifts:
         raise BadRecordingError(
             "the recording", None,
             f"has the shut door at {np.degrees(places.min()):.2f} to "
@@ -196,15 +201,62 @@ def require_continuity(recording: Recording) -> None:
             "does the encoder lose counts, or slip?", value=float(np.ptp(places)), limit=_DRIFT)
 
 
-def _rests(recording: Recording) -> NDArray[np.float64]:
-    """Return the angles (M,) of a door that stands still, and lower than soon before and after."""
-    if len(recording.t) < 2 or np.ptp(recording.theta) < 2.0 * _DOWN:
-        return np.empty(0)
-    size = max(2, round(_STANDS / float(np.median(np.diff(recording.t)))))
+def missing_rows(recording: Recording) -> NDArray[np.intp]:
+    """Return the samples (M,) behind which the angle leaps ahead, but not the time.
+
+    Rows are missing there, and their times were numbered anew.
+    """
+    dt, steps = np.diff(recording.t), np.diff(recording.theta)
+    half = max(2, round(0.5 * _WINDOW / float(np.median(dt)))) if dt.size else 2
+    if len(steps) <= 2 * half:
+        return np.empty(0, dtype=np.intp)
+    expected = _running_median(steps / dt, half) * dt
+    off = steps - expected
+    noise = _NOISY * _NORMAL * float(np.median(np.abs(off)))
+    least = max(_COUNTS * recording.resolution, _LEAST, noise)
+    return np.flatnonzero(np.sign(expected) * off > least)
+
+
+class Hold(NamedTuple):
+    """A time in which the door stood open [s], and its last angle then [rad]."""
+
+    start: float
+    end: float
+    angle: float
+
+    def __str__(self) -> str:
+        return f"{np.degrees(self.angle):.1f} deg from {self.start:.1f} to {self.end:.1f} s"
+
+
+def standing(recording: Recording) -> tuple[list[Hold], NDArray[np.float64]]:
+    """Return when the door was held open, and the angles (M,) at which it rests otherwise [rad].
+
+    A door that is held falls shut afterwards, or stands there until the recording ends; behind an
+    encoder that slipped, later swings begin and end at the new place.
+    """
+    t, theta = recording.t, recording.theta
+    if len(t) < 2 or np.ptp(theta) < 2.0 * _DOWN:
+        return [], np.empty(0)
+    size = max(2, round(STANDS / float(np.median(np.diff(t)))))
     least = max(_RESTS_OFF * recording.resolution, _LEAST)
-    low, high = (form(recording.theta, size) for form in (minimum_filter1d, maximum_filter1d))
-    around = minimum_filter1d(recording.theta, 5 * size)
-    return np.asarray(recording.theta[(high - low <= least) & (around >= low - least)])
+    low, high = (form(theta, size) for form in (minimum_filter1d, maximum_filter1d))
+    still = np.flatnonzero(  # and lower than soon before and after
+        (high - low <= least) & (minimum_filter1d(theta, 5 * size) >= low - least))
+    rests = theta[still]
+    ajar = rests > max(rests.min(initial=0.0), 0.0) + _DOWN
+    held, shut = [], np.ones(len(still), dtype=bool)
+    for run in np.split(np.arange(len(still)), np.flatnonzero(np.diff(ajar)) + 1):
+        if not ajar[run].any():
+            continue
+        first, last = int(still[run[0]]), int(still[run[-1]])
+        if run[-1] == len(still) - 1 and theta[first:last].max() > rests[run].max() + _DOWN:
+            continue
+        off = [np.flatnonzero(np.abs(theta - theta[at]) > least) for at in (first, last)]
+        start = int(off[0][off[0] < first].max(initial=-1)) + 1
+        end = int(off[1][off[1] > last].min(initial=len(t))) - 1
+        held.append(Hold(float(t[start]), float(t[end]), float(theta[last])))
+        shut[run] = False
+    return held, np.asarray(rests[shut])
 
 
 def gap_doubts(recording: Recording) -> list[str]:

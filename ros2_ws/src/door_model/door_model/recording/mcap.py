@@ -27,13 +27,17 @@ SAMPLES = "/door_encoder/samples"
 COUNTS = "/door_encoder/counts"
 _TYPE = "door_impact_msgs/msg/EncoderSamples"
 _ZSTD = b"\x28\xb5\x2f\xfd"  # what zstd has compressed begins so; CDR begins with 0
+_NO_SCHEMA = Schema(id=0, data=b"", encoding="", name="")
+_CONVERT = "`rosbags-convert --src FILE --dst NEW_FOLDER --dst-storage mcap` converts it"
+_OTHERS = {b"#ROSBAG V": "a bag of ROS 1", b"SQLite format 3": "a bag of ROS 2 in SQLite (.db3)"}
 
 
 class Connection(NamedTuple):
-    """A topic of a recording, and the type of its messages."""
+    """A topic of a recording, and type and encoding of its messages."""
 
     topic: str
     msgtype: str
+    encoding: str
 
 
 class Bag:
@@ -54,7 +58,7 @@ class Bag:
         found = dict[Connection, None]()
         for schema, channel, _ in self._scan():
             self._texts[schema.name] = schema.data.decode()
-            found[Connection(channel.topic, schema.name)] = None
+            found[_connection(channel, schema)] = None
         self.connections = list(found)
 
     def messages(
@@ -63,7 +67,7 @@ class Bag:
         """Yield topic, time of recording [ns] and content of each message on some topics."""
         wanted = set(connections)
         for schema, channel, message in self._scan():
-            found = Connection(channel.topic, schema.name)
+            found = _connection(channel, schema)
             if found in wanted:
                 yield found, message.log_time, _unpacked(message.data)
 
@@ -82,9 +86,14 @@ class Bag:
                     schemas[record.id] = record
                 elif isinstance(record, Channel):
                     channels[record.id] = record
-                elif isinstance(record, Message) and channels[record.channel_id].schema_id:
+                elif isinstance(record, Message):
                     channel = channels[record.channel_id]
-                    yield schemas[channel.schema_id], channel, record
+                    yield schemas.get(channel.schema_id, _NO_SCHEMA), channel, record
+
+
+def _connection(channel: Channel, schema: Schema) -> Connection:
+    """Return the topic of a message, which may have no schema, as in JSON."""
+    return Connection(channel.topic, schema.name, channel.message_encoding)
 
 
 def _records(content: bytes) -> Iterator[McapRecord]:
@@ -154,7 +163,11 @@ def _contents(path: Path) -> list[bytes]:
         InputError: A file cannot be read, there is none, or all together are too large.
     """
     if not path.is_dir():
-        return [_unpacked(read_file(path))]
+        content = read_file(path)
+        for start, kind in _OTHERS.items():
+            if content.startswith(start):
+                raise InputError(shown(path), f"is {kind}, no MCAP file: {_CONVERT}")
+        return [_unpacked(content)]
     contents, left = list[bytes](), LARGEST_FILE
     files = [*path.glob("*.mcap"), *path.glob("*.mcap.zstd")]
     for file in sorted(files, key=lambda each: (len(each.name), each.name)):
@@ -163,8 +176,7 @@ def _contents(path: Path) -> list[bytes]:
     if not contents:
         raise InputError(
             shown(path),
-            "is a folder without an MCAP file: record with `-s mcap`, or convert it by "
-            "`ros2 bag convert` with storage_id mcap")
+            f"is a folder without an MCAP file: record with `-s mcap`; {_CONVERT}")
     return contents
 
 
@@ -188,6 +200,12 @@ def read_batches(path: str | Path, topics: Sequence[str]) -> tuple[str, list[Sam
         if topic is not None:
             connections = [each for each in bag.connections if each.topic == topic]
             kinds = {connection.msgtype for connection in connections}
+            encodings = {connection.encoding for connection in connections}
+            if encodings != {"cdr"}:
+                raise BadRecordingError(
+                    source, None, f"{topic} has messages in {', '.join(sorted(encodings))}, must "
+                    "be cdr, as ROS 2 writes them: record with `ros2 bag record -s mcap`",
+                    value=encodings, limit="cdr")
             if kinds != {_TYPE}:
                 raise BadRecordingError(
                     source, None, f"{topic} has {', '.join(sorted(kinds))}, not {_TYPE}",
@@ -197,11 +215,12 @@ def read_batches(path: str | Path, topics: Sequence[str]) -> tuple[str, list[Sam
     listed = ", ".join(sorted(there)) or "none (nothing was recorded, or it was cut off before)"
     raise BadRecordingError(
         source, None,
-        f"has no messages on {' or '.join(topics)}; topics with messages: {listed}",
+        f"has no messages on {' or '.join(topics)} (--topic takes another one); topics "
+        f"with messages: {listed}",
         value=listed, limit=topics)
 
 
-def read_mcap(path: str | Path) -> Recording:
+def read_mcap(path: str | Path, topic: str | None = None) -> Recording:
     """Read a recording from `/door_encoder/samples`, or else from `/door_encoder/counts`.
 
     Samples are already checked, unwrapped and zeroed; raw counts become angles as `sensor.opening`
@@ -210,6 +229,8 @@ def read_mcap(path: str | Path) -> Recording:
 
     Args:
         path: As for `open_bag`.
+        topic: The topic instead, as of a namespaced robot; if its name does not end with
+            "samples", its counts are raw.
 
     Returns:
         The recording; its times begin at 0.
@@ -218,11 +239,11 @@ def read_mcap(path: str | Path) -> Recording:
         BadRecordingError: The file cannot be read, or has no such topic.
         DoorParameterError: A batch has no positive period or counts_per_turn.
     """
-    topic, batches = read_batches(path, (SAMPLES, COUNTS))
+    found, batches = read_batches(path, (topic,) if topic else (SAMPLES, COUNTS))
     store = SampleStore(math.inf)
     for batch in batches:
         store.add(batch)
-    return store.recording(raw=topic == COUNTS)
+    return store.recording(raw=not found.endswith("samples"))
 
 
 def read_recording(path: str | Path, counts_per_turn: int | None = None) -> Recording:

@@ -6,8 +6,10 @@ A file has the columns ``time_s`` and ``count`` or ``angle_deg``; swings need no
 import codecs
 import csv
 import math
+import re
 from array import array
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from io import StringIO
 from pathlib import Path
 
@@ -17,10 +19,16 @@ from door_impact_common.files import read_file, shown, write_whole
 from numpy.typing import NDArray
 
 from door_model.errors import BadRecordingError, DoorParameterError
+from door_model.recording.counts import LARGEST_COUNT
 from door_model.recording.sensor import opening
 
 COUNTS_PER_TURN = 14400  # counts in a turn of the paper's encoder: 3600 lines, quadrature
 _VALUES = ("count", "angle_deg")
+_CLOCKS = tuple(2**bits * unit for bits in (16, 32) for unit in (1e-6, 1e-3))  # their ranges [s]
+_LONGEST_STEP = 10.0  # longest step with which a clock begins anew [steps]
+# Thousands are separated by blanks or apostrophes, by one decimal sign before another, ...
+_GROUPED = re.compile(r"\d['’\s]\d{3}|\d[.,]\d{3}[.,]")
+_GROUPED_COUNT = re.compile(r"[1-9][.,]\d{3}$|[1-9]\d{1,2}[.,]\d{3}$")  # ... or in whole numbers
 
 
 @dataclass(frozen=True)
@@ -43,7 +51,9 @@ class Recording:
     assumptions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check shapes and times."""
+        """Convert lists to arrays, and check shapes and times."""
+        for name in ("t", "theta"):
+            object.__setattr__(self, name, np.asarray(getattr(self, name), float))
         if self.t.ndim != 1 or self.t.shape != self.theta.shape:
             raise DoorParameterError(
                 "theta's shape", self.theta.shape, f"(N,) as t's {self.t.shape}")
@@ -76,13 +86,19 @@ def from_counts(
     turn = COUNTS_PER_TURN if counts_per_turn is None else counts_per_turn
     if turn <= 0:
         raise DoorParameterError("counts_per_turn", turn, "a positive number")
-    t, resolution = np.asarray(t, float), 2.0 * math.pi / turn
+    t, counts, resolution = np.asarray(t, float), np.asarray(counts), 2.0 * math.pi / turn
+    if counts.ndim != 1 or t.shape != counts.shape or not len(t):
+        raise DoorParameterError("counts' shape", counts.shape, f"(N,) as t's {t.shape}, N > 0")
+    if counts.dtype.kind not in "iu" or counts.max() > LARGEST_COUNT:
+        raise DoorParameterError(
+            "counts", f"{counts.dtype} up to {counts.max()}", f"integers up to {LARGEST_COUNT}")
+    counts = counts.astype(np.int64)  # differences of unsigned ones would wrap
     if raw:
         given = counts_per_turn is not None
         theta, assumptions = opening(t, counts, turn, given=given, own_zero=own_zero)
         return Recording(t, theta, resolution, assumptions)
     return Recording(
-        t, np.asarray(counts, float) * resolution, resolution, (f"{turn} counts per turn",))
+        t, counts.astype(float) * resolution, resolution, (f"{turn} counts per turn",))
 
 
 def read_csv(path: str | Path, counts_per_turn: int | None = None) -> Recording:
@@ -118,32 +134,74 @@ def read_csv(path: str | Path, counts_per_turn: int | None = None) -> Recording:
     rows = csv.reader(("" if line.lstrip().startswith("#") else line for line in lines[begin:]),
                       delimiter=separator)
     kind = next(name for name in _VALUES if name in names)
-    t, values, marks = array("d"), array("d"), set[str]()
+    t, values, marks, places = array("d"), array("d"), set[str](), array("q")
+    said: tuple[str, ...] = ()
     try:
         for row in rows:
             if not any(cell.strip() for cell in row):
                 continue
             try:
                 time, value = _numbers(row, names, kind, marks, commas=separator != ",")
-                if t and time <= t[-1]:
-                    raise ValueError(f"time {time} s does not follow {t[-1]} s")
             except ValueError as error:
+                last = not "".join(lines[begin + rows.line_num :]).strip()
+                if t and last and (len(row) < len(names) or not lines[-1].endswith("\n")):
+                    said = ("the last line was left out, since it was cut off",)
+                    break
                 raise BadRecordingError(
                     source, begin + rows.line_num, str(error), value=row,
                     limit=f"{len(names)} numbers, finite, in order of time") from None
             t.append(time)
             values.append(value)
+            places.append(begin + rows.line_num)
     except csv.Error as error:
         raise BadRecordingError(
             source, begin + rows.line_num, f"is no CSV: {error}", value=source,
             limit="lines of CSV") from error
     if not t:
         raise BadRecordingError(source, None, "has no samples", value=0, limit=1)
+    times, wraps = _unwrapped(np.array(t))
+    _require_order(source, times, places, lines)
     if kind == "count":
         counts = np.array(values).astype(np.int64)
-        return from_counts(np.array(t), counts, counts_per_turn, raw=True)
-    theta, assumptions = opening(np.array(t), np.array(values), None)
-    return Recording(np.array(t), theta, assumptions=assumptions)
+        found = from_counts(times, counts, counts_per_turn, raw=True)
+    else:
+        theta, assumptions = opening(times, np.array(values), None)
+        found = Recording(times, theta, assumptions=assumptions)
+    return replace(found, assumptions=(*found.assumptions, *wraps, *said))
+
+
+def _unwrapped(t: NDArray[np.float64]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Return times without the leaps of a clock that begins anew at its range, and its range."""
+    steps = np.diff(t)
+    back = steps < 0.0
+    for modulus in _CLOCKS if back.any() else ():
+        longest = _LONGEST_STEP * np.median(np.abs(steps))
+        if np.ptp(t) <= modulus and (np.abs(steps[back] + modulus) <= longest).all():
+            ahead = np.concatenate([[0.0], np.cumsum(back)])
+            return t - t[0] + ahead * modulus, (f"the times wrap at {modulus:.10g} s",)
+    return t, ()
+
+
+def _require_order(
+    source: str, t: NDArray[np.float64], places: Sequence[int], lines: Sequence[str]
+) -> None:
+    """Raise BadRecordingError if times do not increase."""
+    steps = np.diff(t)
+    wrong = np.flatnonzero(steps <= 0.0)
+    if not wrong.size:
+        return
+    first = int(wrong[0]) + 1
+    problem = f"time {t[first]:.10g} s does not follow {t[first - 1]:.10g} s"
+    if len(wrong) > 1 and steps.min() == 0.0:
+        tick = float(np.min(steps[steps > 0.0], initial=math.inf))
+        cause = "the logger's clock is coarse"
+        if re.search(r"\de[+-]?\d", lines[places[first] - 1].lower()):
+            cause = "a spreadsheet has rounded them"
+        problem += (
+            f", and {len(wrong)} of {len(t)} times repeat the one before, in steps of {tick:.3g} "
+            f"s: {cause}; write times with more digits")
+    raise BadRecordingError(
+        source, places[first], problem, value=float(t[first]), limit=float(t[first - 1]))
 
 
 def _header(source: str, lines: list[str]) -> tuple[int, list[str], str]:
@@ -176,6 +234,10 @@ def _numbers(
     if len(row) != len(names):
         raise ValueError(f"has {len(row)} fields, not {len(names)}")
     cells = [row[names.index("time_s")], row[names.index(kind)]]
+    if any(map(_GROUPED.search, cells)) or (
+            kind == "count" and _GROUPED_COUNT.search(cells[1].strip())):
+        raise ValueError(
+            f"{shown('; '.join(cells))!r} has a thousands separator: write numbers without it")
     marks.update(*(set(",.") & set(cell) for cell in cells))
     if commas and len(marks) > 1:
         raise ValueError("has decimal points and decimal commas")

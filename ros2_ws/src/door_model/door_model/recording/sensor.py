@@ -11,6 +11,7 @@ FASTEST = 10.0  # greatest speed of a door [rad/s]
 _FLICKER = 4.0  # counts by which a count may be wrong
 _COARSE = math.radians(0.1)  # angles that differ by less are one place, where the door rests [rad]
 _RESTS_LONG = 0.02  # share of the samples at one place that shows that the door rests there
+STANDS = 0.2  # shortest time for which a door stands still [s]
 _NEAR = math.radians(2.0)  # a zero is believed if the door rests this close to it [rad]
 _COUNTERS = tuple(2**bits for bits in range(8, 33))  # counts after which counters wrap
 _INCREMENTAL = (2**8, 2**16, 2**24, 2**32)  # ... those of incremental encoders
@@ -23,7 +24,7 @@ def opening(
     """Return the opening angle that a sensor's values show.
 
     The values may wrap after a turn or, if they are counts, at a power of two. If their own zero is
-    not believed, the door is shut where it rests most of the time. The door opens to the side to
+    not believed, the door is shut where it comes to rest most often. The door opens to the side to
     which it moves from there.
 
     Args:
@@ -51,7 +52,7 @@ def opening(
             value=modulus, limit=turn)
     moved = np.unwrap(values, period=modulus) if modulus else values
     moved = moved - values[0]
-    zero = _zero(moved * unit, -values[0] * unit if own_zero else math.inf) / unit
+    zero = _zero(t, moved * unit, -values[0] * unit if own_zero else math.inf) / unit
     theta = (moved - (zero if mark else round(zero))) * unit
     away = theta[np.abs(theta) > _NEAR]
     falls = bool(away.size and np.median(away) < 0.0)
@@ -59,7 +60,7 @@ def opening(
     said = {
         f"{turn} counts per turn{'' if given else ', since nobody has said how many'}": not mark,
         f"wraps at {modulus}{mark}": modulus,
-        f"shut at {shut:.10g}{mark}, where the door rests most of the time": shut != 0.0,
+        f"shut at {shut:.10g}{mark}, where the door rests most often": shut != 0.0,
         "falls as the door opens": falls}
     return -theta if falls else theta, tuple(text for text, holds in said.items() if holds)
 
@@ -86,11 +87,25 @@ def _range(
     return best if best and 2 * wraps[best] >= max(len(steps), 1) else 0
 
 
-def _zero(theta: NDArray[np.float64], own: float) -> float:
-    """Return the angle of the shut door [rad]: `own` if the door rests near it."""
+def _zero(t: NDArray[np.float64], theta: NDArray[np.float64], own: float) -> float:
+    """Return the angle of the shut door [rad]: `own` if the door rests near it.
+
+    All angles lie on one side of the shut door, and it comes to rest there after each swing. Where
+    it is held open, it may stand for longer.
+    """
     places, times = np.unique(np.rint(theta / _COARSE), return_counts=True)
+    least = _RESTS_LONG * len(theta)
     near = times[np.abs(places * _COARSE - own) <= _NEAR]
-    if near.size and near.max() >= _RESTS_LONG * len(theta):
+    if near.size and near.max() >= least:
         return own
-    place = places[np.argmax(times)] * _COARSE
+
+    def rank(place: float) -> tuple[bool, int, int]:
+        away = theta - place * _COARSE
+        both = bool(min(np.sum(away < -_NEAR), np.sum(away > _NEAR)) > least)
+        edges = np.diff(np.abs(away) <= _COARSE, prepend=False, append=False)
+        begins, ends = np.flatnonzero(edges).reshape(-1, 2).T
+        stays = int(np.count_nonzero(t[ends - 1] - t[begins] > STANDS))
+        return both, -stays, -int(times[places == place][0])
+
+    place = min(places[times >= min(least, times.max())].tolist(), key=rank) * _COARSE
     return float(np.median(theta[np.abs(theta - place) <= 0.5 * _COARSE * 1.001]))

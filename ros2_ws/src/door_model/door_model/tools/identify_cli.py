@@ -58,6 +58,9 @@ def _parser() -> argparse.ArgumentParser:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument("--csv", metavar="FILE", help="recording")
     source.add_argument("--mcap", metavar="FILE", help="recording of the topics")
+    parser.add_argument(
+        "--topic", metavar="NAME", help="topic of --mcap, such as /robot1/door_encoder/counts "
+        "(default: /door_encoder/samples, or else /door_encoder/counts)")
     _add_scale(parser)
     parser.add_argument(
         "--door",
@@ -195,7 +198,7 @@ def _run(arguments: argparse.Namespace) -> tuple[Identification, DoorGeometry]:
     geometry = replace(
         geometry.with_leaf(leaf), name=geometry.name if arguments.door else name)
     if arguments.mcap:
-        recording = read_mcap(arguments.mcap)
+        recording = read_mcap(arguments.mcap, arguments.topic)
     else:
         recording = read_csv(arguments.csv, arguments.counts_per_turn)
     result = identify(

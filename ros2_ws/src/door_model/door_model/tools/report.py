@@ -85,6 +85,7 @@ def as_table(result: Identification, linkage: str = "") -> str:
     lines.append(
         f"predicted       {omega0:.3f} rad/s open it to {math.degrees(top.angle):.2f} deg "
         f"({low:.2f} to {high:.2f} deg with 95 %)")
+    lines.append(f"recording       {result.duration:.1f} s, {result.rate:.4g} samples/s")
     lines.append(f"scale           {result.scale_reference}")
     link = result.door.closer
     lines.append(

@@ -7,12 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from door_model.door.config import load_door
+from door_model.errors import BadRecordingError, NoFitError
 from door_model.identification.identify import Identification, Window, identify
 from door_model.identification.scale import Scale
 from door_model.motion.dynamics import simulate
 from door_model.recording.checks import garbage
 from door_model.recording.recording import Recording, from_counts
-from door_model.recording.synthetic import Push, five_swings, simulate_pushes, through_play
+from door_model.recording.synthetic import (
+    Push,
+    five_swings,
+    simulate_pushes,
+    synthetic_recording,
+    through_play,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -120,6 +127,47 @@ def test_a_batch_of_garbage_is_named_and_left_out(good: Recording) -> None:
     result = identify(replace(good, theta=theta), PAPER.closer, EXACT)
     assert torque_error(result) < 0.01
     assert any("no door can move like this" in warning for warning in result.warnings)
+
+
+def test_missing_rows_whose_times_were_numbered_anew(good: Recording) -> None:
+    """The one swing that lacks 50 rows is left out; 20 missing rows of each 400 are refused."""
+    number = np.arange(len(good.t))
+    for kept in (abs(number - 15325) > 25, number % 400 >= 20):
+        short = replace(good, t=number[: kept.sum()] * PERIOD, theta=good.theta[kept])
+        if kept[0]:
+            result = identify(short, PAPER.closer, EXACT)
+            assert any("left out: rows are missing" in warning for warning in result.warnings)
+            assert len(result.swings) == 4
+            assert torque_error(result) < 0.01
+        else:
+            with pytest.raises(BadRecordingError, match=r"rows are missing, .* the angle leaps"):
+                identify(short, PAPER.closer, EXACT)
+
+
+@pytest.mark.parametrize(("at", "end"), [(10000, None), (14400, None), (14400, 14401)])
+def test_a_door_that_is_held_open_is_named_and_the_rest_is_used(
+    good: Recording, at: int, end: int | None
+) -> None:
+    """It is held for longer than it is shut: in a swing, at the largest angle, or to the end."""
+    counts = np.rint(good.theta / RESOLUTION).astype(np.int64)
+    held = np.concatenate([counts[:at], np.full(20000, counts[at]), counts[at:end]])
+    for raw in (held, 70000 - held):
+        recording = from_counts(np.arange(len(held)) * PERIOD, raw, 14400, raw=True)
+        result = identify(recording, PAPER.closer, EXACT)
+        assert any(f"held open at {counts[at] / 40:.1f} deg from {at / 1e3:.1f} to" in warning
+                   for warning in result.warnings)
+        assert len(result.swings) == 4
+        assert torque_error(result) < 0.01
+
+
+def test_a_closer_that_was_changed_between_two_swings_is_named() -> None:
+    """Swings that agree among themselves and not with the others are named by their times."""
+    stiff = replace(PAPER, tau_c0_prime=1.2 * PAPER.tau_c0_prime)
+    parts = [synthetic_recording(door, np.radians([15.0, 24.0])) for door in (PAPER, stiff)]
+    theta = np.concatenate([part.theta for part in parts])
+    both = Recording(np.arange(len(theta)) * PERIOD, theta, RESOLUTION)
+    with pytest.raises(NoFitError, match=r"at 0.5, 3.\d s agree .* 7.\d, 10.\d s, but not with"):
+        identify(both, PAPER.closer, EXACT, window=Window.OPENING)
 
 
 @given(st.floats(-9.0, 9.0), st.floats(0.1, 30.0), st.floats(0.0, 1.0))

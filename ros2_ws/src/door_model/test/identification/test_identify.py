@@ -154,7 +154,7 @@ def test_closing_that_follows_no_model_is_left_out(recording: Recording) -> None
         top = swing.t[swing.peak_index]
         begin = np.searchsorted(t, swing.t[0] - 0.4)
         latch = int(np.argmax((t > top) & (theta < math.radians(12.0))))
-        slow = np.interp(np.arange(0.0, 0.6, 5e-4), t[latch:] - t[latch], theta[latch:])
+        slow = np.interp(np.arange(0.0, 0.9, 5e-4), t[latch:] - t[latch], theta[latch:])
         stretched += [theta[begin:latch], slow, np.zeros(400)]
     theta = np.concatenate(stretched)
     stretched_t = np.arange(len(theta)) * 1e-3

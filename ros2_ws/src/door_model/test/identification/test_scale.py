@@ -46,6 +46,9 @@ def test_a_force_gauge_fixes_the_scale(recording: Recording) -> None:
     one = reading(angles[0])
     assert result.std_of("i_a") / result.door.i_a == pytest.approx(
         one.torque_std / one.torque / math.sqrt(len(angles)), rel=0.3)
+    assert result.warnings == []
+    typed = ForceGauge([ForceReading(math.radians(0.35), reading(0.35).force, 0.8)])
+    assert any("if that is 0.35 rad, give 20.1 deg" in w for w in run(recording, typed).warnings)
 
 
 def test_torque_at_a_reading_is_known_as_well_as_the_reading(recording: Recording) -> None:

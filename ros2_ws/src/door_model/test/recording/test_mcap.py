@@ -89,11 +89,38 @@ def test_a_missing_topic_is_said_with_those_that_are_there(tmp_path: Path) -> No
     time = STORE.types["builtin_interfaces/msg/Time"](sec=1, nanosec=0)
     clock = STORE.types["rosgraph_msgs/msg/Clock"](clock=time)
     path = bag(tmp_path / "bag", {"/clock": [clock], SAMPLES: []})
-    with pytest.raises(BadRecordingError, match=r"/door_encoder/counts; .* messages: /clock"):
+    with pytest.raises(BadRecordingError, match=r"counts \(--topic .* messages: /clock"):
         read_mcap(path)
     other = bag(tmp_path / "other", {SAMPLES: [clock]})
     with pytest.raises(BadRecordingError, match="has rosgraph_msgs/msg/Clock, not"):
         read_mcap(other)
+
+
+def test_a_topic_can_be_chosen(tmp_path: Path) -> None:
+    """Of two doors --topic takes one, and without it nothing is guessed."""
+    topics = {f"/{name}/door_encoder/counts": batches(sign * SWING_COUNTS + 500)
+              for name, sign in (("left", -1), ("right", 1))}
+    path = bag(tmp_path / "bag", topics)
+    for topic in topics:
+        np.testing.assert_allclose(read_mcap(path, topic).theta, SWINGS.theta, atol=1e-9)
+    with pytest.raises(BadRecordingError, match=r"--topic .* /left/door_encoder/counts, /right"):
+        read_mcap(path)
+
+
+@pytest.mark.parametrize(("start", "match"), [
+    (b"#ROSBAG V2.0\n", r"a bag of ROS 1, .* `rosbags-convert"),
+    (b"SQLite format 3\0", "a bag of ROS 2 in SQLite"), (b"", "messages in json, must be cdr")])
+def test_other_formats_are_named(tmp_path: Path, start: bytes, match: str) -> None:
+    """The error says which format a file has and what to do; JSON may have no schema."""
+    path = tmp_path / "run.mcap"
+    with path.open("wb") as stream:
+        stream.write(start)
+        writer = McapWriter(stream)
+        writer.start()
+        writer.add_message(writer.register_channel(SAMPLES, "json", 0), 1, b"{}", 1)
+        writer.finish()
+    with pytest.raises(BadRecordingError, match=match):
+        read_mcap(path)
 
 
 def test_batches_keep_what_the_messages_say(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from door_model.data import data_path
 from door_model.door.config import load_door
-from door_model.errors import BadRecordingError, NoFitError
+from door_model.errors import BadRecordingError, DoorParameterError, NoFitError
 from door_model.identification.identify import identify
 from door_model.identification.scale import scale_from_leaf
 from door_model.recording.batch import SampleBatch
@@ -73,7 +73,7 @@ def test_forgotten_counts_per_turn_give_a_closer_that_is_not_built(tmp_path: Pat
     """4096 counts taken for 14,400 are refused by the torque, doubted on demand, right if said."""
     path = logged(tmp_path / "raw.csv", np.floor(DEGREES / 360 * 4096 + 0.5).astype(int))
     linkage, scale = load_door("paper").linkage, scale_from_leaf(47.62, 0.896)
-    with pytest.raises(NoFitError, match=r"1.83 N m .* 4.5 to 280 .*14400 counts per turn, since"):
+    with pytest.raises(NoFitError, match=r"1.83 N m .* 4 to 280 .*14400 counts per turn, since"):
         identify(read_csv(path), linkage, scale)
     doubted = identify(read_csv(path), linkage, scale, force=True).warnings
     assert any("the largest swing is 8.2 deg, must be 10 deg" in text for text in doubted)
@@ -113,14 +113,42 @@ def test_files_of_spreadsheets_and_loggers_are_read(
     ("time_s,count\n0,0\n0.001,x\n", 3, "not a number"),
     ("time_s;count\n0,0;1\n0.001;2\n", 3, "points and decimal commas"),
     ("time_s,count\n0,0\n0,001,1\n", 3, "3 fields, not 2"),
-    ("#\ntime_s;count\n0;1.234,0\n", 3, "points and decimal commas"),
-    ("time_s,count\n0,0\n0.002,1\n\n0.001,2\n", 5, "does not follow")])
+    ("#\ntime_s;count\n0;1.234,0\n", 3, "thousands"),
+    ("time_s,count\n0,0\n0.002,1\n\n0.001,2\n", 5, "does not follow"),
+    ("time_s,count\n0,0\n0,1\n.01,2\n.01,3\n", 3, "2 of 4 times repeat .* 0.01 s: .* coarse"),
+    ("time_s,count\n1.00E+01,0\n1.00E+01,1\n1.00E+01,2\n", 3, "a spreadsheet has rounded"),
+    ('time_s,count\n0,0\n1,"1,234"\n', 3, "thousands"),
+    ("time_s;count\n0,1;1.000\n", 2, "thousands"), ("time_s;count\n1 000,5;0\n", 2, "thousands")])
 def test_errors_name_file_and_line(tmp_path: Path, text: str, line: int, match: str) -> None:
     path = tmp_path / "recording.csv"
     path.write_text(text)
     with pytest.raises(BadRecordingError, match=match) as caught:
         read_csv(path)
     assert (caught.value.line, caught.value.source) == (line, str(path))
+
+
+@pytest.mark.parametrize("modulus", [2**16 * 1e-3, 2**32 * 1e-6])
+def test_a_clock_that_begins_anew_and_a_last_line_that_was_cut_off(
+        tmp_path: Path, modulus: float) -> None:
+    """Times go on behind the range of 16 bits of ms or 32 of us; half a line is left out."""
+    path, t = tmp_path / "log.csv", np.arange(100) * 1e-3
+    lines = [f"{(time + modulus - 0.05) % modulus:.6f},{n}" for n, time in enumerate(t)]
+    path.write_text("\n".join(["time_s,count", *lines, "0.0"]))
+    found = read_csv(path)
+    np.testing.assert_allclose(found.t - found.t[0], t, atol=1e-9)
+    assert found.assumptions[-2:] == (
+        f"the times wrap at {modulus:.10g} s", "the last line was left out, since it was cut off")
+
+
+@pytest.mark.parametrize("kind", [np.int16, np.uint16, np.uint64, list])
+def test_counts_of_any_integers(kind: type) -> None:
+    """They give the same angles as int64, also across a wrap; others are refused in words."""
+    raw = (COUNTS + 65136) % 2**16
+    typed = raw.tolist() if kind is list else raw.astype(kind)
+    np.testing.assert_allclose(from_counts(SWINGS.t.tolist(), typed, raw=True).theta, SWINGS.theta)
+    for wrong in (raw + 0.5, raw[1:], []):
+        with pytest.raises(DoorParameterError, match="counts"):
+            from_counts(SWINGS.t, wrong, raw=True)
 
 
 @given(st.lists(st.integers(1, 40), min_size=1, max_size=20))

@@ -118,7 +118,7 @@ def test_counts_per_turn_and_force_are_asked_for(rig: Rig) -> None:
     codes = IdentifyCloser.Response
     weak = rig.ask(csv_path=str(SAMPLE), leaf_mass=20.0)
     assert (weak.success, weak.error_code) == (False, codes.NO_FIT), weak.message
-    assert "3.83 N m at the shut door, must be 4.5 to 280" in weak.message
+    assert "3.83 N m at the shut door, must be 4 to 280" in weak.message
     assert rig.ask(csv_path=str(SAMPLE), leaf_mass=20.0, force=True).success
     finer = rig.ask(csv_path=str(SAMPLE), counts_per_turn=14000)
     assert "assumed: 14000 counts per turn" in finer.message

@@ -33,6 +33,8 @@ def test_sample_recording_gives_the_paper_door(
         assert getattr(load_door(out), name) == pytest.approx(entry["value"])
     assert answer["fit_rmse_deg"] < 0.01
     assert "47.62" in answer["scale_reference"]
+    assert main(["--csv", SAMPLE, *LEAF]) == 0
+    assert "recording       18.2 s, 1000 samples/s" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from humanoid_motion.driver_interface import TickSample
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import String
+from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -45,6 +45,9 @@ CLOCK_TICKS = 4  # ticks between two messages on /clock, which every node reads:
 DIAGNOSTICS_TICKS = 40  # ticks between two diagnostics, which makes 5 per second
 TICK_NS = round(TICK * 1e9)
 _LONGEST_LAG = 0.02  # largest delay that is made up for: in a hurry, nodes would be late [s]
+_AHEAD = 0.05  # by how much the simulation is ahead of the node that moves its robot at most [s]
+_PATIENCE = 0.5  # real time for which it waits for it [s]
+_LOOK = 0.001  # real time between two looks meanwhile [s]
 _SHUT = math.radians(0.2)  # angle up to which the door counts as shut [rad]
 
 
@@ -73,6 +76,35 @@ class Pacer:
         return max(0.0, self._due - self._clock())
 
 
+class Company:
+    """Tells when the simulation must wait for the node that moves its robot.
+
+    So no node is late because the computer is busy, and a simulation may run as fast as it goes.
+
+    Args:
+        clock: Function that returns the real time [s].
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self.leave()
+
+    def leave(self) -> None:
+        """Go on alone: nobody moves the robot."""
+        self._stamp, self._since = 0.0, -math.inf
+
+    def handled(self, stamp: float) -> None:
+        """Note up to which stamp measurements have been handled [s]; 0: nobody moves the robot."""
+        if stamp <= 0.0:
+            self.leave()
+        elif stamp > self._stamp:
+            self._stamp, self._since = stamp, self._clock()
+
+    def waits(self, now: float) -> bool:
+        """Whether a simulation at a time [s] must wait; not for a node that comes no farther."""
+        return now > self._stamp + _AHEAD and self._clock() < self._since + _PATIENCE
+
+
 class SimBridge(GuardedNode):
     """Steps the world, publishes its samples and passes orders to it.
 
@@ -97,7 +129,7 @@ class SimBridge(GuardedNode):
         self._messages = convert.TickMessages(
             self.world.robot_config, imu_variances(self.world.settings.sensors),
             self._options.text("frame_prefix"))
-        self._pacer = Pacer(self._options.speed())
+        self._pacer, self._company = Pacer(self._options.speed()), Company()
         self._encoder = SampleBatcher(
             period_ns=round(SAMPLE * 1e9), size=ENCODER_BATCH, counts_per_turn=COUNTS_PER_TURN)
         self._accepted, self._refused = 0, 0
@@ -107,6 +139,9 @@ class SimBridge(GuardedNode):
         self._make_publishers()
         self.create_subscription(JointTrajectory, "joint_trajectory", self._on_trajectory, QUEUE)
         self.create_subscription(HandCompliance, "hand_compliance", self._on_compliance, QUEUE)
+        self.create_subscription(
+            Header, "sim/handled", lambda message: self._company.handled(seconds(message.stamp)),
+            QUEUE)
         self.create_service(Trigger, "sim/reset", self._on_reset)
         self.create_service(PushDoor, "sim/push_door", self._on_push)
         self.create_service(PushRobot, "sim/push_robot", self._on_push_robot)
@@ -142,6 +177,8 @@ class SimBridge(GuardedNode):
                     self._publish(self.world.step())
                     self._pacer.advance(TICK)
                     spin_for(executor, self._pacer.wait())
+                    while self._company.waits(self.world.time) and rclpy.ok():
+                        spin_for(executor, _LOOK)
         finally:
             self._finish()
 
@@ -212,6 +249,7 @@ class SimBridge(GuardedNode):
 
     def _on_reset(self, _: Any, response: Any) -> Any:
         self.world.reset()
+        self._company.leave()
         self._encoder.restart()  # the door is shut, so that door_encoder can take its zero again
         self._refusal, self._fall_reported = "", False
         self._ticks = 0

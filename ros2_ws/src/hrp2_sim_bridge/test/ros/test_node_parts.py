@@ -8,7 +8,7 @@ import pytest
 import rclpy
 from door_impact_common.errors import SettingError
 from hrp2_sim_bridge.ros import messages as convert
-from hrp2_sim_bridge.ros.hrp2_sim_bridge_node import Pacer
+from hrp2_sim_bridge.ros.hrp2_sim_bridge_node import Company, Pacer
 from hrp2_sim_bridge.ros.parameters import BridgeParameters
 from hrp2_sim_bridge.sensors.imu import imu_variances
 from hrp2_sim_bridge.settings import SensorSettings, WorldSettings
@@ -101,3 +101,18 @@ def test_pacer_waits_for_real_time_and_does_not_hurry_after_a_long_stop() -> Non
     for _ in range(82):
         pacer.advance(0.005)
     assert pacer.wait() > 0.0
+
+
+def test_the_simulation_waits_for_the_node_that_moves_its_robot() -> None:
+    """It is never 0.1 s ahead of it, and goes on when that has ended, or comes no farther."""
+    real = [0.0]
+    company = Company(lambda: real[0])
+    assert not company.waits(5.0)
+    company.handled(5.0)
+    assert not company.waits(5.01)
+    assert company.waits(5.1)
+    company.handled(0.0)
+    assert not company.waits(5.1)
+    company.handled(5.0)
+    real[0] = 1.0
+    assert not company.waits(5.1)

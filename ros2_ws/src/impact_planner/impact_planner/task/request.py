@@ -89,9 +89,11 @@ def resolve(
     """
     angle = _number("desired_opening_angle [rad]", request.desired_opening_angle)
     if angle > math.pi:
+        # Fewer degrees than 5 are no opening that somebody would ask for.
+        hint = f"; {angle:g} deg would be {math.radians(angle):.4g} rad" * (5.0 <= angle <= 180.0)
         raise InvalidRequest(
-            f"desired_opening_angle is {angle:g} rad, which is {math.degrees(angle):.0f} deg, must "
-            f"be at most {math.pi:.4g} rad; {angle:g} deg would be {math.radians(angle):.4g} rad",
+            f"desired_opening_angle is {angle:.4g} rad, which is {math.degrees(angle):.0f} deg, "
+            f"must be at most {math.pi:.4g} rad{hint}",
             quantity="desired_opening_angle [rad]", value=angle, limit=math.pi)
     initial, learned = request.initial_angle, known.experience or Experience.none(
         settings.restitution)

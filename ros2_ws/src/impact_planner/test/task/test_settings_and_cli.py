@@ -8,6 +8,8 @@ import pytest
 from door_model.door.config import load_door
 from impact_planner.errors import InvalidRequest
 from impact_planner.task.experience import Limits
+from impact_planner.task.known_door import KnownDoor
+from impact_planner.task.request import PlanRequest, resolve
 from impact_planner.task.settings import PARAMETERS, make_settings
 from impact_planner.tools import plan_cli
 
@@ -32,6 +34,17 @@ def test_own_choice_is_said_by_a_negative_length_or_nan():
 def test_a_parameter_of_the_wrong_kind_or_out_of_range_is_named(name, bad):
     with pytest.raises(InvalidRequest, match=name):
         make_settings({name: bad})
+
+
+@pytest.mark.parametrize(("angle", "words"), [
+    (25.0, "is 25 rad, which is 1432 deg, must be at most 3.142 rad; 25 deg would be 0.4363 rad"),
+    (math.radians(200.0), "is 3.491 rad, which is 200 deg, must be at most 3.142 rad"),
+    (1e4, "is 1e+04 rad, which is 572958 deg, must be at most 3.142 rad")])
+def test_an_angle_in_degrees_is_told_from_one_that_is_too_large(angle, words):
+    known = KnownDoor.configured(load_door("paper"))
+    with pytest.raises(InvalidRequest) as refused:
+        resolve(PlanRequest(angle), make_settings({}), known)
+    assert str(refused.value) == f"desired_opening_angle {words}"
 
 
 def test_limits_of_learning_are_parameters():

@@ -92,7 +92,7 @@ class LeafProbe:
         return self._rest is not None and abs(angle - self._rest) <= DOOR_TOLERANCE
 
     def later(self, off: float) -> float:
-        """Compute how much later than planned B meets a leaf farther away by `off` [m] [s]."""
+        """Compute how much later than planned B meets a leaf farther away by `off` [m], in [s]."""
         planned = float(np.interp(self._contact_time, self._time, self._ways))
         return float(np.interp(planned + off, self._ways, self._time)) - self._contact_time
 

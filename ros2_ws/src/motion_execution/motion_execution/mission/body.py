@@ -16,13 +16,13 @@ from robot_driver.names import IMU, JOINTS
 from walking.errors import NotReady
 from walking.footsteps.footstep import Stance
 
+from motion_execution.judge import fell
 from motion_execution.mission.link import Link
 from motion_execution.mission.order import Order
 from motion_execution.mission.routine import Condition, until
-from motion_execution.walk.passage import Passage
-from motion_execution.walk.reaching import Reaching
+from motion_execution.settings import ExecutionSettings
 from motion_execution.walk.start import Standing, soles_at
-from motion_execution.walk.walk import Walk
+from motion_execution.walk.stepping import Stepping
 
 PATIENCE = 3.0  # time that a goal waits for messages, by a steady clock [s]
 STANDING = (JOINTS, IMU)  # topics without which no motion can go on
@@ -54,7 +54,7 @@ class Body:
 
     def heard(self, topics: Sequence[str] = STANDING) -> bool:
         """Return whether enough messages of topics and of the odometry have arrived."""
-        return self._link.complete(topics) and self.soles() is not None
+        return self.inputs.complete(topics) and self.soles() is not None
 
     def soles(self) -> Stance | None:
         """Return the soles by the odometry; None without recent messages."""
@@ -82,11 +82,15 @@ class Body:
         return Standing(base[1], self.inputs.tilt, joints[1], joints[2], self.attitude)
 
     def require_messages(self, topics: Sequence[str]) -> None:
-        """Check that messages of topics arrive, and make sense together.
+        """Check that the robot is upright, and that messages of topics arrive and make sense.
 
         Raises:
-            NotReady: Messages are missing or old, or contradict each other.
+            NotReady: It lies, or messages are missing or old, or contradict each other.
         """
+        tilt = self.inputs.tilt
+        # Before the sensors are judged, as those of a robot that stands.
+        if why := fell(tilt, ExecutionSettings.fall_tilt):
+            raise NotReady(why, quantity="tilt of the trunk [rad]", value=tilt)
         stale = self._link.refusal(topics)
         if stale is not None:
             raise NotReady(stale[0], quantity="age [s]", value=stale[1])
@@ -114,7 +118,7 @@ class Body:
                                                  soles.foot(side).yaw) for side in sides)
         return float(polygon_margin(zmp[1], support_polygon(*corners)))
 
-    def walk_margin(self, walk: Walk | Passage | Reaching, now: float) -> float:
+    def walk_margin(self, walk: Stepping, now: float) -> float:
         """Return `zmp_margin` of a walk; NaN if other soles should bear load at the last ZMP."""
         zmp, sides = self._link.zmp(), walk.phase(now).sides
         if zmp is None or walk.phase(zmp[0]).sides != sides:
@@ -140,7 +144,7 @@ class Body:
             command: Its first command.
             topics: Topics without which it cannot go on.
         """
-        self._link.needs(topics)
+        self.inputs.needs(topics)
         self.inputs.intake.begin()
         self.inputs.motion = self.motion = order.motion = motion
         self.send(command)
@@ -152,7 +156,7 @@ class Body:
         assert motion is not None
         await until(lambda: not motion.running)
         self.inputs.motion, self.motion, order.motion = self.idle, None, None
-        self._link.needs(STANDING)
+        self.inputs.needs(STANDING)
         for what, value in self.inputs.intake.noticed().items():
             self._link.say(f"noticed in the motion: {what}: {value}", warning=True)
 

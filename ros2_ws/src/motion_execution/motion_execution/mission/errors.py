@@ -6,10 +6,11 @@ from door_impact_common.errors import DoorImpactError
 from robot_driver.motion import Motion, Outcome
 from walking.errors import NotReady
 
-_CODES = {
-    Outcome.NO_CONTACT: "no_contact", Outcome.STOPPED: "stopped", Outcome.FELL: "fell",
-    Outcome.NOT_FOLLOWED: "driver_refused", Outcome.NOT_HELD: "not_held",
-    Outcome.LOCKED: "locked", Outcome.LEAF_LOST: "leaf_lost"}
+CODES = {
+    Outcome.SUCCESS: "none", Outcome.NO_CONTACT: "no_contact", Outcome.STOPPED: "stopped",
+    Outcome.FELL: "fell", Outcome.NOT_FOLLOWED: "driver_refused",
+    Outcome.NOT_HELD: "not_held", Outcome.LOCKED: "locked", Outcome.LEAF_LOST: "leaf_lost"}
+"""Error codes of the actions, in small letters, by the outcome of a motion."""
 
 
 class Replaced(NotReady):
@@ -33,4 +34,4 @@ class MotionFailed(DoorImpactError):
         """
         if motion.outcome is not Outcome.SUCCESS:
             raise cls(f"{prefix}{motion.reason or motion.outcome.value}", quantity="outcome",
-                      value=motion.outcome, reason=_CODES[motion.outcome])
+                      value=motion.outcome, reason=CODES[motion.outcome])

@@ -68,7 +68,7 @@ class Hits:
         require_speed_scale(speed_scale)
         probes = probe == "on" or (probe == "auto" and not plan.missed_margin >= STANDS)
         body = self._body
-        await body.wait(lambda: self._link.complete(TOPICS), PATIENCE, order)
+        await body.wait(lambda: body.inputs.complete(TOPICS), PATIENCE, order)
         body.require_messages(TOPICS)
         assert body.inputs.joints is not None
         now, position, _ = body.inputs.joints

@@ -8,8 +8,11 @@ from typing import Any, Protocol
 
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
+from impact_planner.task.known_door import KnownDoor
 from robot_driver.inputs import Inputs
 from walking.footsteps.footstep import Footstep, Pose
+
+from motion_execution.mission.hit_plan import HitPlan
 
 
 class Pending(Protocol):
@@ -46,9 +49,13 @@ class Link(Protocol):
 
     Attributes:
         inputs: The measurements; its present motion is that of the mission.
+        door: What is known of the door; None: nothing.
+        last_hit: The last hit that was planned by anyone; None before.
     """
 
     inputs: Inputs
+    door: KnownDoor | None
+    last_hit: HitPlan | None
 
     @property
     def yields(self) -> bool:
@@ -63,12 +70,6 @@ class Link(Protocol):
     def listen(self, *, on: bool) -> None:
         """Begin or end to hear the robot."""
 
-    def needs(self, topics: Sequence[str]) -> None:
-        """Set the topics whose silence the present motion is told of."""
-
-    def complete(self, topics: Sequence[str]) -> bool:
-        """Return whether enough messages of topics have arrived to begin a motion."""
-
     def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
         """Return why no motion with topics can begin, a sentence and a value; None if one can."""
 
@@ -78,8 +79,11 @@ class Link(Protocol):
     def zmp(self) -> tuple[float, Array] | None:
         """Return stamp [s] and place of the last ZMP in odom, (2,) [m]; None before the first."""
 
-    def door_pose(self) -> Pose | None:
+    def door_pose(self, along: float) -> Pose | None:
         """Return the door's pose in odom as somebody tells it; None if nobody does.
+
+        Args:
+            along: Distance from the hinge at which the leaf is touched [m].
 
         Raises:
             BadDoorPose: It makes no sense, is too old or too uncertain.

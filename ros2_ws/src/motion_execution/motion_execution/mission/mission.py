@@ -21,6 +21,7 @@ from walking.pattern.walk_plan import WalkPlan
 
 from motion_execution.hit.execution import Execution
 from motion_execution.mission.body import Body
+from motion_execution.mission.door_place import DoorPlace
 from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.hits import Hits
 from motion_execution.mission.link import Link
@@ -57,7 +58,6 @@ class Mission:
 
     Attributes:
         body: The robot.
-        ways: What is known of the door, and the last hit that was planned.
     """
 
     def __init__(
@@ -67,11 +67,12 @@ class Mission:
         passing = passing or PassageSettings()
         self._link = link
         self.body = Body(robot, link)
-        self.ways = Ways(robot, link, passing, survey)
+        ways = Ways(robot, link, passing, survey)
         self._hits = Hits(self.body, link, thresholds or ExecutionSettings())
-        self._walks = Walks(self.body, link, recover=recover)
+        place = DoorPlace(robot, link, survey)
+        self._walks = Walks(self.body, link, place, recover=recover)
         self._passing = Passing(
-            self.body, link, self.ways, self._hits, self._walks, passing, survey)
+            self.body, link, ways, self._hits, self._walks, passing, place)
         self._orders: list[Order] = []  # that are being carried out
         self._routines: list[Routine[Any]] = []
         self._told = -math.inf  # when the progress was told last, on the robot's clock [s]

@@ -8,6 +8,9 @@ from typing import Any
 from robot_driver.motion import Motion
 from walking.errors import Stopped
 
+from motion_execution.mission.link import Pending
+from motion_execution.mission.routine import until
+
 
 class Order:
     """An order that is being carried out.
@@ -42,3 +45,14 @@ class Order:
         """
         if self.stopped:
             raise Stopped(f"{self.action} was stopped before its next motion; the robot stands")
+
+
+async def result_of(pending: Pending, order: Order) -> Any:
+    """Wait for what an order needs, and return it or raise the error that there is instead.
+
+    Raises:
+        Stopped: The order was taken back meanwhile.
+    """
+    await until(lambda: pending.done() or order.stopped)
+    order.require()
+    return pending.result()

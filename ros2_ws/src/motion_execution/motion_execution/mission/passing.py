@@ -25,7 +25,6 @@ from walking.passing.approach import (
     SURVEYED,
     Site,
     arrived,
-    hit_start,
     require_arrived,
     require_way,
     within,
@@ -38,6 +37,7 @@ from walking.passing.settings import PassageSettings
 
 from motion_execution.hit.execution import Execution
 from motion_execution.mission.body import PATIENCE, STANDING, Body
+from motion_execution.mission.door_place import DoorPlace
 from motion_execution.mission.errors import MotionFailed
 from motion_execution.mission.hits import Hits
 from motion_execution.mission.link import Link
@@ -66,7 +66,6 @@ class Passed:
         began: When the planning of its first motion began, by the robot's clock [s].
         way: The last way that was planned.
         hit: The hit that opened the door; None if there was none.
-        reaching: The hand's motion to the closed leaf; None if there was none.
         passage: The passage itself; None if it has not begun.
         message: What has happened, for users; empty before the end.
     """
@@ -74,7 +73,6 @@ class Passed:
     began: float = math.nan
     way: Way | None = None
     hit: Execution | None = None
-    reaching: Reaching | None = None
     passage: Passage | None = None
     message: str = ""
 
@@ -108,16 +106,16 @@ class Passing:
         hits: Executes hits.
         walks: Executes walks.
         settings: Settings of the passage.
-        survey: The door as it is to be seen from where a hit begins.
+        place: Where the door stands.
     """
 
     def __init__(
         self, body: Body, link: Link, ways: Ways, hits: Hits, walks: Walks,
-        settings: PassageSettings, survey: Pose,
+        settings: PassageSettings, place: DoorPlace,
     ) -> None:
         self._body, self._link, self._ways = body, link, ways
         self._hits, self._walks = hits, walks
-        self._settings, self._survey = settings, survey
+        self._settings, self._place = settings, place
         self._left: Way | None = None  # on which a passage has ended with the hand on the leaf
         self._yields = False  # whether the right hand was told to yield
         self._way: Way | None = None  # of the order under way
@@ -167,7 +165,7 @@ class Passing:
         """
         await self._ready(wanted, order)
         return (await self._held(wanted, order)
-                or await self._ways.plan(wanted, self._site(), order))
+                or await self._ways.plan(wanted, self._place.site(), order))
 
     def yield_hand(self, motion: Motion, now: float) -> None:
         """Let the right hand yield, or make it stiff, as a motion wants it at a time [s]."""
@@ -206,9 +204,10 @@ class Passing:
             if not (value < 0.0 or _NARROWEST <= value <= _WIDEST):
                 raise InvalidGoal(quantity=f"{name} [rad]", value=value,
                                   limit=f"{_NARROWEST:.3f} to {_WIDEST:.3f}, or negative")
-        if not np.isfinite(self._survey).all():
+        survey = self._place.survey
+        if not np.isfinite(survey).all():
             raise NotReady(quantity="place of the door (door_distance, hinge_x) [m]",
-                           value=tuple(self._survey[:2]), limit="given as parameters")
+                           value=tuple(survey[:2]), limit="given as parameters")
         await self._body.wait(lambda: self._body.heard(TOPICS), PATIENCE, order)
         self._body.standing(TOPICS)  # refuses missing messages before anything is planned
 
@@ -226,7 +225,7 @@ class Passing:
         """
         if wanted.hit_angle >= 0.0 or wanted.opening:
             return None
-        left, last = self._left, self._ways.last_hit
+        left, last = self._left, self._link.last_hit
         held: list[tuple[str, Hold, PassagePlan | None]] = [] if left is None else [
             (left.door, left.hold, left.passage)]
         if last is not None:
@@ -240,7 +239,7 @@ class Passing:
 
     async def _open(self, wanted: Wanted, order: Order, passed: Passed) -> Way:
         """Open the door, and return the way from there; errors as of `go`."""
-        planned = self._site()
+        planned = self._place.site()
         self._require_reachable(planned, walk_up=wanted.walk_up)
         way = await self._ways.plan(wanted, planned, order)
         site = await self._arrive(planned, way.ahead, wanted, order)
@@ -258,7 +257,7 @@ class Passing:
                 MotionFailed.check(passed.hit, "no passage follows the hit: ")
         elif not wanted.dry_run:
             assert way.opening.push is not None, "the leaf is held"
-            await self._reach(way, way.opening.push, order, passed)
+            await self._reach(way, way.opening.push, order)
         if wanted.dry_run:
             return way
         order.tell(self.progress(order))
@@ -271,12 +270,12 @@ class Passing:
                 value=error.value, limit=error.limit) from error
         return replace(way, passage=plan)
 
-    async def _reach(self, way: Way, push: Push, order: Order, passed: Passed) -> None:
+    async def _reach(self, way: Way, push: Push, order: Order) -> None:
         """Put the hand on the closed leaf."""
-        passed.reaching = Reaching(self._body.model, push.reach)
-        await self._begin(way, passed.reaching, order)
+        reaching = Reaching(self._body.model, push.reach)
+        await self._begin(way, reaching, order)
         await self._body.ended(order)
-        MotionFailed.check(passed.reaching)
+        MotionFailed.check(reaching)
 
     def _found(self, hold: Hold) -> PassageTask:
         """Return the passage from where the robot has its hand on the leaf, as it is measured.
@@ -285,21 +284,11 @@ class Passing:
             NotReady: Messages are missing or old, the robot moves, or it does not hold the leaf.
         """
         standing, soles = self._body.require_still(TOPICS), self._body.soles()
-        inputs = self._body.inputs
         assert soles is not None
-        return hold.found(
-            standing.position, soles, inputs.door_angle, self._body.commanded, standing.attitude)
+        return hold.found(standing.position, soles, self._body.inputs.door_angle,
+                          self._body.commanded, standing.attitude)
 
     # -- the walk up ----------------------------------------------------------------------------
-
-    def _door(self) -> Pose:
-        """Return where the door stands in odom; errors are those of `Link.door_pose`."""
-        return self._link.door_pose() or self._survey
-
-    def _site(self) -> Site:
-        """Return where a hit is to begin; errors are those of `Link.door_pose`."""
-        told = self._link.door_pose()
-        return Site(hit_start(told or self._survey, self._survey), certain=told is None)
 
     def _middle(self) -> Pose:
         """Return the middle between the soles; errors are those of `Body.standing`."""
@@ -320,7 +309,7 @@ class Passing:
         if not walk_up:
             require_arrived(middle, site.axes)
         elif not within(middle, site.axes, NEAR):
-            require_way(middle, site.axes, self._door())
+            require_way(middle, site.axes, self._place.pose())
 
     async def _arrive(self, site: Site, ahead: float, wanted: Wanted, order: Order) -> Site:
         """Walk to where a hit begins, unless the robot stands there, and see the door from there.
@@ -342,11 +331,11 @@ class Passing:
             if wanted.dry_run:
                 return site
             await self._body.rest(AFTER_WALK, order)
-        told, middle = self._link.door_pose(), self._middle()
-        axes, certain = hit_start(told or self._survey, self._survey), told is None and not walks
-        if certain and within(middle, axes, SURVEYED):
+        found, middle = self._place.site(), self._middle()
+        certain = found.certain and not walks
+        if certain and within(middle, found.axes, SURVEYED):
             return site
-        return arrived(axes, middle, self._survey, ahead, certain=certain)
+        return arrived(found.axes, middle, self._place.survey, ahead, certain=certain)
 
     async def _walk_to(self, place: Pose, order: Order, *, dry_run: bool) -> None:
         """Walk to a place in odom; errors as of `_arrive`."""
@@ -380,7 +369,8 @@ class Passing:
 
     def _ended(self, way: Way, passage: Passage, passed: Passed) -> None:
         """Keep where a stopped passage has left the leaf, and say how a passage has ended."""
-        if math.isnan(passage.release_angle) and passage.outcome is Outcome.STOPPED:
+        if math.isnan(passage.release_angle) and passage.outcome in (
+                Outcome.STOPPED, Outcome.LEAF_LOST):
             assert self._body.commanded is not None  # by the passage
             self._left = replace(way, hold=replace(
                 way.hold, stance=passage.stance, joints=self._body.commanded))

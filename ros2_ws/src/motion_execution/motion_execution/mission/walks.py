@@ -5,22 +5,25 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
 from walking.errors import NotReady
 from walking.footsteps.footstep import Pose
+from walking.pattern.fold import plan_fold
 from walking.pattern.settings import WalkSettings
-from walking.pattern.state import WalkState
+from walking.pattern.state import WalkState, standing
 from walking.pattern.walk_plan import WalkPlan
 
 from motion_execution.mission.body import PATIENCE, Body
-from motion_execution.mission.errors import Replaced
-from motion_execution.mission.link import Link
-from motion_execution.mission.order import Order
+from motion_execution.mission.door_place import DoorPlace
+from motion_execution.mission.errors import MotionFailed, Replaced
+from motion_execution.mission.link import Link, Pending
+from motion_execution.mission.order import Order, result_of
 from motion_execution.mission.routine import until
 from motion_execution.walk.goal import WalkGoal, plan_goal
 from motion_execution.walk.guard import Guard
-from motion_execution.walk.start import require_near, start_state
+from motion_execution.walk.start import NEAR, require_near, start_state
 from motion_execution.walk.walk import Walk
+
+FOLDED = 0.3  # time at rest with folded arms before a walk is planned [s]
 
 
 @dataclass(frozen=True)
@@ -46,20 +49,23 @@ class Walks:
     Args:
         body: The robot.
         link: Messages and plans.
+        place: Where the door stands.
         recover: Whether a push on the standing robot makes it step.
 
     Attributes:
         guard: Answers such pushes.
     """
 
-    def __init__(self, body: Body, link: Link, *, recover: bool = False) -> None:
-        self._body, self._link = body, link
+    def __init__(
+        self, body: Body, link: Link, place: DoorPlace, *, recover: bool = False
+    ) -> None:
+        self._body, self._link, self._place = body, link, place
         self._settings = WalkSettings()
         self._walk: Walk | None = None  # that was begun last
         self._owner: Order | None = None  # whose walk it is
         self._newest: Order | None = None  # that was accepted last
         self._wanted = WalkGoal(Pose(0.0, 0.0, 0.0))  # of the walk under way
-        self._postures: list[np.ndarray] = []  # of the upper body after the last walk
+        self._folding = False
         self.guard = Guard(body.model, lambda: recover and body.motion is None, self.state)
         if recover:
             body.idle = body.inputs.motion = self.guard
@@ -83,12 +89,14 @@ class Walks:
         while (walk := self.walking) is not None:
             if await self._replaced(order, goal, walk):
                 return await self._owned(order, walk)
+        await self._fold(order)
         plan = await self._planned(goal, order)
         self._require_newest(order)
         if self.walking is not None or self.guard.steps:
             raise NotReady("another motion began while the walk was planned")
         walk = self._walk = Walk(
-            self._body.model, plan, self._settings, onward=self._onward)
+            self._body.model, plan, self._settings, onward=self._onward,
+            around=self._place.around)
         self._wanted = goal
         self._link.show(plan.footsteps)
         self._body.begin(order, walk, walk.start(self._link.now() + self._body.inputs.lag))
@@ -113,19 +121,56 @@ class Walks:
         Raises:
             NotReady: Messages are missing or old, or the robot does not stand still.
         """
-        return start_state(
-            self._body.model, self._body.standing(), self._settings, self._postures)
+        body = self._body
+        return start_state(body.model, body.standing(), self._settings, body.commanded)
 
     async def _ready(self, order: Order) -> None:
         # After a reset, or when the first goal has just subscribed.
         await self._body.wait(lambda: self._body.heard(), PATIENCE, order)
-        await self._body.wait(lambda: not self.guard.steps, math.inf, order)
+        await self._body.wait(
+            lambda: not self.guard.steps and not self._folding, math.inf, order)
+
+    async def _fold(self, order: Order) -> None:
+        """Fold what the robot holds out, and let the leaf go by that.
+
+        Raises:
+            NotReady: The leaf would shut onto the robot.
+            MotionFailed: The arms are not folded.
+        """
+        state, around = self.state(), self._place.around()
+        if self._body.model.folded_by(state.upper.value) <= NEAR:
+            return
+        if around is not None:
+            around.require_let_go(state.stance.middle)
+        self._folding = True
+        try:
+            plan = await self._checked(
+                self._link.compute(plan_fold, state, self._settings), order)
+            motion = Walk(self._body.model, plan, self._settings)
+            self._body.begin(
+                order, motion, motion.start(self._link.now() + self._body.inputs.lag))
+            await self._body.ended(order)
+        finally:
+            self._folding = False
+        MotionFailed.check(motion, "no walk follows the folding of the arms: ")
+        await self._body.rest(FOLDED, order)
+        self._require_newest(order)
 
     async def _planned(self, goal: WalkGoal, order: Order) -> WalkPlan:
-        """Plan the walk from where the robot stands, when it is known that it stands there."""
-        pending = self._link.compute(plan_goal, self.state(), goal, self._settings)
-        await self._body.wait(pending.done, math.inf, order)
-        plan: WalkPlan = pending.result()
+        """Plan the walk from where the robot stands."""
+        state, around = self.state(), self._place.around()
+        if self._body.model.folded_by(state.upper.value) > NEAR:  # before a walk it folds its arms
+            if around is not None:
+                around.require_let_go(state.stance.middle)
+            state = standing(self._body.model, state.stance)
+            return await result_of(self._link.compute(
+                plan_goal, state, goal, self._settings, "", around), order)
+        return await self._checked(self._link.compute(
+            plan_goal, state, goal, self._settings, "", around), order)
+
+    async def _checked(self, pending: Pending, order: Order) -> WalkPlan:
+        """Return a plan from where the robot stands, when it is known that it stands there."""
+        plan: WalkPlan = await result_of(pending, order)
         await self._body.caught_up(order)
         joints = self._body.inputs.joints
         if joints is None:
@@ -144,7 +189,6 @@ class Walks:
                            value=walk.steps_made(self._link.now()))
         self._owner = None
         await self._body.ended(order)
-        self._postures = [walk.final.upper.value]
         return walk
 
     def _onward(self) -> WalkPlan:
@@ -156,7 +200,8 @@ class Walks:
         if self._wanted.footsteps:
             raise NotReady("a push has changed the steps, so that the goal's footsteps do not fit "
                            "any more")
-        plan = plan_goal(self._body.model, self.state(), self._wanted, self._settings)
+        plan = plan_goal(self._body.model, self.state(), self._wanted, self._settings,
+                         around=self._place.around())
         self._link.show(plan.footsteps)
         return plan
 
@@ -186,9 +231,11 @@ class Walks:
                 if not walk.running:
                     return False
                 self._body.send(walk.resume(plan, now()))
-        except Exception:
+        except Exception as error:
             if self._newest is order:  # otherwise the newest goal holds the walk
                 walk.go_on()
+                if walk.running and not order.stopped:
+                    error.args = (f"{error}; the walk under way goes on",)
             raise
         self._wanted = goal
         self._link.show(plan.footsteps)
@@ -197,7 +244,8 @@ class Walks:
     async def _new(
         self, order: Order, goal: WalkGoal, state: WalkState, before: str = ""
     ) -> WalkPlan:
-        pending = self._link.compute(plan_goal, state, goal, self._settings, before)
+        pending = self._link.compute(plan_goal, state, goal, self._settings, before,
+                                     self._place.around())
         await self._body.wait(pending.done, math.inf, order)
         self._require_newest(order)
         plan: WalkPlan = pending.result()

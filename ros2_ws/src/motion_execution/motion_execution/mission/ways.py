@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from door_impact_common.errors import DoorImpactError
 from hrp2_description.robot import needed
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.task.known_door import KnownDoor
 from walking.errors import PLANNING_ERRORS, HitNotPlanned, InvalidGoal, PassageInfeasible
 from walking.footsteps.footstep import Pose, Stance
 from walking.passing.approach import AS_SURVEYED, Site
@@ -23,9 +21,8 @@ from walking.passing.route import OPENING
 from walking.passing.settings import PassageSettings
 
 from motion_execution.mission.hit_plan import HitPlan
-from motion_execution.mission.link import HitRequest, Link, Pending
-from motion_execution.mission.order import Order
-from motion_execution.mission.routine import until
+from motion_execution.mission.link import HitRequest, Link
+from motion_execution.mission.order import Order, result_of
 
 HELD = Opening("", "")
 """The robot holds the leaf open already."""
@@ -33,7 +30,7 @@ HELD = Opening("", "")
 
 @dataclass(frozen=True)
 class Wanted:
-    """A passage that somebody wants; the names are those of WalkThroughDoor.
+    """What is asked of a passage through the door; fields are named as in WalkThroughDoor.
 
     Attributes:
         hit_angle: Opening angle to which a hit opens the leaf [rad]; negative: what is needed.
@@ -99,20 +96,14 @@ class Ways:
         settings: Settings of the passage.
         survey: The door as it is to be seen from where a hit begins.
 
-    Attributes:
-        survey: The door as it is to be seen from where a hit begins.
-        door: What is known of the door; None: nothing.
-        last_hit: The last hit that was planned by anyone; None before.
     """
 
     def __init__(
         self, robot: RobotModel, link: Link, settings: PassageSettings, survey: Pose
     ) -> None:
-        self._link, self._settings, self.survey = link, settings, survey
+        self._link, self._settings, self._hinge = link, settings, np.array(survey[:2])
         self._width = needed(robot.config.footsteps, "footsteps").width
         self._site: tuple[str, Site] = "", AS_SURVEYED  # of the plan of a hit with this plan_id
-        self.door: KnownDoor | None = None
-        self.last_hit: HitPlan | None = None
 
     async def plan(self, wanted: Wanted, site: Site, order: Order) -> Way:
         """Plan the way through the closed door.
@@ -126,8 +117,8 @@ class Ways:
         """
         opening = await self._opening(wanted, site, order)
         if opening.push is not None:
-            assert self.door is not None, "a push is planned for a door"
-            return Way(self.door.name, replace(opening.push.hold, axes=site.axes),
+            assert self._link.door is not None, "a push is planned for a door"
+            return Way(self._link.door.name, replace(opening.push.hold, axes=site.axes),
                        opening.push.passage, opening, site)
         hit, hold, passage = await self._hit_and_passage(wanted, site, order)
         return Way(hit.door, hold, passage, opening, site, hit)
@@ -144,21 +135,21 @@ class Ways:
             PassageInfeasible: There is no passage.
             Stopped: It is not wanted any more.
         """
-        return await self._found(
+        return await result_of(
             self._link.compute(_passage, task, self._with_angles(wanted), before), order)
 
     def hold(self, hit: HitPlan) -> Hold:
         """Return how a hit is planned to end; errors are those of `HitPlan.hold`."""
         plan_id, site = self._site
-        return hit.hold(self.door, site if plan_id == hit.plan_id else AS_SURVEYED)
+        return hit.hold(self._link.door, site if plan_id == hit.plan_id else AS_SURVEYED)
 
     async def _opening(self, wanted: Wanted, site: Site, order: Order) -> Opening:
         """Choose between hit and push; a push that is wanted and cannot be made is an error."""
-        known = self.door
+        known = self._link.door
         if known is None or known.frame is None:
             return Opening(HIT, "hit: nothing is known of the door's frame")
-        return await self._found(self._link.compute(
-            choose_opening, known.door, Doorway(np.array(self.survey[:2]), *known.frame),
+        return await result_of(self._link.compute(
+            choose_opening, known.door, Doorway(self._hinge, *known.frame),
             Stance.around(site.soles, self._width), wanted.opening, self._with_angles(wanted)),
             order)
 
@@ -169,7 +160,7 @@ class Ways:
         refused: DoorImpactError | None = None
         for angle, ending in wanted.ladder():
             try:
-                hit = await self._found(self._link.plan_hit(
+                hit = await result_of(self._link.plan_hit(
                     HitRequest(angle, ending, wanted.run_up, *site.seen)), order)
                 self._site = hit.plan_id, site
                 hold = self.hold(hit)
@@ -180,11 +171,6 @@ class Ways:
                     break  # no other hit is a remedy
         assert refused is not None, "no angle is tried"
         raise refused
-
-    async def _found(self, pending: Pending, order: Order) -> Any:
-        await until(lambda: pending.done() or order.stopped)
-        order.require()
-        return pending.result()
 
     def _with_angles(self, wanted: Wanted) -> PassageSettings:
         given = wanted.leaf_angle

@@ -16,19 +16,20 @@ from robot_driver.motion import Outcome
 
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.types import Measured
+from motion_execution.mission.errors import CODES
 from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.hits import PROBES
 
 Result = ExecuteDoorImpact.Result
 
-_ENDINGS = {  # error code of each outcome, and the message if the execution gives no reason
-    Outcome.SUCCESS: (Result.NONE, "the door was opened and held"),
-    Outcome.NO_CONTACT: (Result.NO_CONTACT, "the run-up ended without a hit"),
-    Outcome.STOPPED: (Result.STOPPED, "the motion was stopped"),
-    Outcome.FELL: (Result.FELL, "the robot fell"),
-    Outcome.NOT_FOLLOWED: (Result.DRIVER_REFUSED, "the driver does not follow the trajectory"),
-    Outcome.NOT_HELD: (Result.NOT_HELD, "the door is not held"),
-    Outcome.LOCKED: (Result.LOCKED, "the leaf is locked"),
+_SENTENCES = {  # the message if the execution gives no reason
+    Outcome.SUCCESS: "the door was opened and held",
+    Outcome.NO_CONTACT: "the run-up ended without a hit",
+    Outcome.STOPPED: "the motion was stopped",
+    Outcome.FELL: "the robot fell",
+    Outcome.NOT_FOLLOWED: "the driver does not follow the trajectory",
+    Outcome.NOT_HELD: "the door is not held",
+    Outcome.LOCKED: "the leaf is locked",
 }
 # Names of the fields that measurements and hit report share.
 _REPORTED = ("contact_delay", "switch_latency", "v_rb", "v_rb_post", "omega_door", "peak_angle",
@@ -74,6 +75,11 @@ def probe_of(number: int) -> str:
     return PROBES[number]
 
 
+def code_of(result: Any, outcome: Outcome) -> int:
+    """Return the error code of an action's result type for the outcome of a motion."""
+    return int(getattr(result, CODES[outcome].upper()))
+
+
 def error_code(error: DoorImpactError) -> int:
     """Return the action's error code of an error before the motion."""
     return int(getattr(Result, error.reason.upper(), Result.NO_PLAN))
@@ -81,9 +87,9 @@ def error_code(error: DoorImpactError) -> int:
 
 def result_message(execution: Execution) -> Any:
     """Make the action's result from an execution that has ended."""
-    code, default = _ENDINGS[execution.outcome]
-    return Result(error_code=code, message=execution.reason or default,
-                  **asdict(execution.measured))
+    outcome = execution.outcome
+    return Result(error_code=code_of(Result, outcome), message=execution.reason or
+                  _SENTENCES[outcome], **asdict(execution.measured))
 
 
 def hit_report(
@@ -99,7 +105,7 @@ def hit_report(
         stamp: End of the motion, a builtin_interfaces/Time.
     """
     report = HitReport(plan_id=plan.plan_id, door=plan.door, goal_id=goal_id,
-                       error_code=_ENDINGS[outcome][0])
+                       error_code=code_of(Result, outcome))
     report.header.stamp = stamp
     for name in _REPORTED:
         setattr(report, name, float(getattr(measured, name)))

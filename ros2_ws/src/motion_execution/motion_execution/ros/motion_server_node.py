@@ -15,8 +15,7 @@ from door_impact_common.parameters import Parameters
 from door_impact_msgs.action import ExecuteDoorImpact, Walk, WalkThroughDoor
 from door_impact_msgs.msg import HitReport
 from door_impact_msgs.srv import PlanDoorPassage
-from humanoid_motion.robot_model import RobotModel
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.action import ActionServer, CancelResponse
 from rclpy.clock import Clock, ClockType
 from rclpy.task import Future
 from robot_driver.motion import Outcome
@@ -65,16 +64,14 @@ class MotionServer(GuardedNode):
             raise SettingError("hand_stiffness [N/m]", stiffness, f"0, or within {STIFFNESSES}")
         self._link = RosLink(self, self._after)
         self._mission = Mission(
-            RobotModel(self._link.config), self._link,
+            self._link.model, self._link,
             Pose(given.value("hinge_x"), -given.value("door_distance"), 0.0),
             PassageSettings(hand_stiffness=stiffness or math.inf),
             ExecutionSettings(felt_force=given.number("felt_force"),
                               contact_deceleration=given.number("contact_deceleration")),
             recover=given.switch("recover_standing"))
-        self._link.tells(self._mission.ways)
         self._reports = self.create_publisher(HitReport, "hit_report", 10)
         self._orders: dict[bytes, Order] = {}  # of the goals under way, by their identifiers
-        self._accepted: set[str] = set()  # actions that take no further goal now
         self.create_service(Trigger, "stop", self._on_stop)
         self.create_service(PlanDoorPassage, PLAN_PASSAGE, self._on_request)
         self._servers = [
@@ -92,15 +89,7 @@ class MotionServer(GuardedNode):
         super().destroy_node()
 
     def _serve(self, kind: Any, name: str, carry_out: Callable[..., Any]) -> ActionServer:
-        """Serve an action; only a walk may be asked for while another one is under way."""
-        def on_goal(_: Any) -> GoalResponse:
-            if name in self._accepted:
-                self.get_logger().warning("the goal was rejected: another goal is being executed")
-                return GoalResponse.REJECT
-            if name != WALK:
-                self._accepted.add(name)
-            return GoalResponse.ACCEPT
-
+        """Serve an action; every goal is accepted, because only a result can say why not."""
         def on_cancel(handle: Any) -> CancelResponse:
             order = self._orders.get(bytes(handle.goal_id.uuid))
             if order is not None:
@@ -121,7 +110,6 @@ class MotionServer(GuardedNode):
                     message=f"the motion server failed: {type(error).__name__}: {error}")
             finally:
                 del self._orders[identifier]
-                self._accepted.discard(name)
             result.success = result.error_code == kind.Result.NONE
             result.message = self._link.sight.text(result.message)
             if result.success:
@@ -136,9 +124,7 @@ class MotionServer(GuardedNode):
             return result
 
         return ActionServer(
-            self, kind, name, execute,
-            goal_callback=self.guarded(on_goal, "the goal", lambda _: GoalResponse.REJECT),
-            cancel_callback=self.guarded(
+            self, kind, name, execute, cancel_callback=self.guarded(
                 on_cancel, "the cancel", lambda _: CancelResponse.REJECT))
 
     def _teller(self, kind: Any, handle: Any) -> Callable[[Any], None]:
@@ -192,7 +178,7 @@ class MotionServer(GuardedNode):
             else:
                 walk = await self._done(self._mission.walk(goal, order))
                 steps = walk.steps_made(self._link.now())
-                code, text = walk_messages.CODES[walk.outcome], (
+                code, text = hit_messages.code_of(walk_messages.Result, walk.outcome), (
                     walk.reason or f"the robot made {steps} steps and stands at the goal")
         except DoorImpactError as error:
             code, text = walk_messages.error_code(error), str(error)
@@ -216,7 +202,7 @@ class MotionServer(GuardedNode):
             code, text = passage_messages.codes(error)[0], str(error)
         result = passage_messages.result_message(passed, self._link.now())
         if passed.way is not None:
-            result.plan = self._plan(passed.way)
+            result.plan = self._plan(passed.way, handle.request)
         result.error_code, result.message = code, text
         if passed.hit is not None and passed.way is not None and passed.way.hit is not None:
             self._report(passed.way.hit, handle, passed.hit)
@@ -247,7 +233,7 @@ class MotionServer(GuardedNode):
             response.message = f"the planner failed: {type(error).__name__}: {error}"
             self.get_logger().error(traceback.format_exc())
             return response
-        plan, response.success, response.plan = way.passage, True, self._plan(way)
+        plan, response.success, response.plan = way.passage, True, self._plan(way, request)
         response.message = (f"the robot is clear after {plan.clear:.1f} s and "
                             f"{len(plan.walk.footsteps)} footsteps; the planning took "
                             f"{plan.planning_time:.1f} s")
@@ -278,9 +264,10 @@ class MotionServer(GuardedNode):
         self._mission.run(ending())
         return await ended
 
-    def _plan(self, way: Any) -> Any:
+    def _plan(self, way: Any, request: Any) -> Any:
         return self._link.sight.message(passage_messages.plan_message(
-            way, self._link.next_number(), self._stamp(), self._link.world))
+            way, self._link.next_number(), self._stamp(), self._link.world,
+            trajectories=request.include_trajectories))
 
     def _stamp(self) -> Any:
         return self.get_clock().now().to_msg()

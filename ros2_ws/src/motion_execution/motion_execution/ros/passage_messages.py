@@ -103,7 +103,9 @@ def door_pose(
     return pose
 
 
-def plan_message(way: Way, number: int, stamp: Any, world: str = ODOM) -> DoorPassagePlan:
+def plan_message(
+    way: Way, number: int, stamp: Any, world: str = ODOM, *, trajectories: bool = True
+) -> DoorPassagePlan:
     """Convert a passage to its message.
 
     Args:
@@ -111,23 +113,24 @@ def plan_message(way: Way, number: int, stamp: Any, world: str = ODOM) -> DoorPa
         number: Number of the plan.
         stamp: Time of the planning, a builtin_interfaces/Time.
         world: Name of the frame odom.
+        trajectories: Whether footsteps and lists are in it.
     """
     plan, hold = way.passage, way.hold
-    known = plan.walk.motion.time
-    time = np.arange(0.0, plan.walk.duration, _EVERY)
-    force = np.interp(time, known, np.linalg.norm(plan.hand_force, axis=1))
     near, beside, mine = plan.leaf_clearance, plan.frame_clearance, plan.self_clearance
     message = DoorPassagePlan(
         plan_id=f"passage-{number}", door=way.door, opening=way.opening.way,
         opening_reason=way.opening.reason,
-        footsteps=footsteps_message(hold.in_odom(plan.walk.footsteps), stamp).footsteps,
-        times=time.tolist(), leaf_angle=plan.push.at(time).tolist(),
-        hand_force=np.where(time <= plan.push.release, force, 0.0).tolist(),
-        hand_radius=np.interp(time, known, plan.hand_radius).tolist(),
         release_time=plan.push.release, clear_time=plan.clear, duration=plan.walk.duration,
         leaf_clearance=near.distance, leaf_body=near.bodies[0],
         frame_clearance=beside.distance, frame_body=beside.bodies[0],
         self_clearance=mine.distance, self_bodies=", ".join(mine.bodies),
         zmp_margin=float(plan.walk.checks.margin.min()), planning_time=plan.planning_time)
     message.header.stamp, message.header.frame_id = stamp, world
+    if trajectories:
+        known, time = plan.walk.motion.time, np.arange(0.0, plan.walk.duration, _EVERY)
+        force = np.interp(time, known, np.linalg.norm(plan.hand_force, axis=1))
+        message.footsteps = footsteps_message(hold.in_odom(plan.walk.footsteps), stamp).footsteps
+        message.times, message.leaf_angle = time.tolist(), plan.push.at(time).tolist()
+        message.hand_force = np.where(time <= plan.push.release, force, 0.0).tolist()
+        message.hand_radius = np.interp(time, known, plan.hand_radius).tolist()
     return message

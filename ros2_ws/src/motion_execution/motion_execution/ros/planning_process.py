@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -48,6 +49,7 @@ _robot: RobotModel  # of the planning process
 
 def _begin_worker(robot_config: str | None) -> None:
     global _robot
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the node ends it
     _robot = RobotModel(load_robot_config(robot_config))
 
 

@@ -8,11 +8,10 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from door_impact_common.node import GuardedNode
-from door_impact_common.parameters import Parameters
+from door_impact_common.parameters import FRAME_PREFIX, Parameters
 from door_impact_common.stamps import seconds
 from door_impact_msgs.msg import CloserParameters, Footsteps, HandCompliance, ImpactPlan
 from door_impact_msgs.srv import PlanDoorImpact
@@ -30,8 +29,6 @@ from impact_planner.task.known_door import KnownDoor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from robot_driver.messages import command_message
 from robot_driver.names import TRAJECTORY
-from robot_driver.ranges import joint_ranges
-from robot_driver.sensor_doubts import doubts
 from robot_driver.topics import SILENCE, RobotTopics
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
@@ -41,7 +38,6 @@ from walking.footsteps.footstep import Footstep, Pose, other
 
 from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.link import HitRequest, Link
-from motion_execution.mission.ways import Ways
 from motion_execution.ros.hit_messages import hit_plan_of
 from motion_execution.ros.passage_messages import door_pose
 from motion_execution.ros.planning_process import PlanningProcess
@@ -51,7 +47,7 @@ PARAMETERS = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
     "door": ("", "name or YAML file of the door, for its frame and the side of its hinge, and for "
              "its closer while nothing is identified; empty: no frame, and a hinge at the right"),
-    "frame_prefix": ("", "what precedes the names of the robot's frames in /tf, such as robot1/"),
+    "frame_prefix": FRAME_PREFIX,
 }
 PLAN, DOOR_POSE = "plan_door_impact", "door_pose"
 _PATIENCE = 5.0  # time in which the planner must be found, by the computer's clock [s]
@@ -68,7 +64,9 @@ class RosLink(Link):
         after: As of `RobotTopics`.
 
     Attributes:
-        config: Configuration of the robot.
+        model: The robot.
+        door: What is known of the door.
+        last_hit: The last hit that was planned by anyone.
         hinge: Side of the door's hinge; before one at the left all is that of the mirror image.
         sight: How the mission sees robot and door.
         world: Name of the frame odom.
@@ -79,23 +77,21 @@ class RosLink(Link):
     ) -> None:
         self._node, given = node, Parameters(node, PARAMETERS)
         robot = given.text("robot_config") or None
-        self.config = load_robot_config(robot)
+        self.model = RobotModel(load_robot_config(robot))
         name, self._prefix = given.text("door"), given.text("frame_prefix")
         self.world = self._prefix + ODOM
         door = load_door(name) if name else None
-        self._known = None if door is None else KnownDoor.configured(door)
+        self.door = None if door is None else KnownDoor.configured(door)
+        self.last_hit: HitPlan | None = None
         self.hinge = "right" if door is None else door.hinge
-        self.sight = sight(self.config, self.hinge)
-        model = RobotModel(self.config)
-        self._names = list(model.joint_names)
+        self.sight = sight(self.model.config, self.hinge)
+        self._names = list(self.model.joint_names)
         self._topics = RobotTopics(
-            node, model.joint_names, joint_ranges(model), Parameters(node, SILENCE), after,
-            partial(doubts, model), door=True, hand=True,
+            node, self.model, Parameters(node, SILENCE), after,
             further=[(TFMessage, "/tf", self._on_tf)], sight=self.sight)
         self.inputs = self._topics.inputs
         self._base: tuple[float, Pose] | None = None
         self._told: Any = None  # last message on door_pose
-        self._ways: Ways | None = None
         self._last_plan: Any = None
         self._numbers = itertools.count(1)  # of the passages that were planned
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -110,10 +106,6 @@ class RosLink(Link):
         node.create_subscription(ImpactPlan, "door_impact_plan", self._on_plan, latched)
         self._planning = PlanningProcess(robot)
         self.show(())
-
-    def tells(self, ways: Ways) -> None:
-        """Tell what is known of the door, and of hits, from now on."""
-        self._ways, ways.door = ways, self._known
 
     def close(self) -> None:
         """End the planning process after the work that it has begun."""
@@ -133,14 +125,6 @@ class RosLink(Link):
         """Subscribe to the robot's topics, or end that."""
         (self._topics.start if on else self._topics.stop)()
 
-    def needs(self, topics: Sequence[str]) -> None:
-        """Set the topics whose silence the present motion is told of."""
-        self._topics.needs(topics)
-
-    def complete(self, topics: Sequence[str]) -> bool:
-        """Return whether enough messages of topics have arrived to begin a motion."""
-        return self._topics.complete(topics)
-
     def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
         """Return why no motion with topics can begin; None if one can."""
         return self._topics.refusal(topics)
@@ -158,8 +142,11 @@ class RosLink(Link):
         """Whether the driver can let a hand yield."""
         return self._compliance.get_subscription_count() > 0
 
-    def door_pose(self) -> Pose | None:
+    def door_pose(self, along: float) -> Pose | None:
         """Return the door's pose in odom by door_pose; None if nobody tells it.
+
+        Args:
+            along: Distance from the hinge at which the leaf is touched [m].
 
         Raises:
             BadDoorPose: It makes no sense, is too old or too uncertain.
@@ -170,7 +157,6 @@ class RosLink(Link):
         if not abs(age) <= _OLDEST:
             raise BadDoorPose(quantity=f"age of {DOOR_POSE} [s]", value=round(age, 1),
                               limit=f"at most {_OLDEST:g}")
-        along = 0.0 if self._ways is None else -self._ways.survey.x
         return self.turned(door_pose(self._told, along, self.world))
 
     def hit_plan(self, plan_id: str) -> HitPlan:
@@ -223,7 +209,7 @@ class RosLink(Link):
                          for step in footsteps]
         stamp = self._stamp()
         self._footsteps.publish(footsteps_message(footsteps, stamp, self.world))
-        self._markers.publish(footstep_markers(self.config, footsteps, stamp, self.world))
+        self._markers.publish(footstep_markers(self.model.config, footsteps, stamp, self.world))
 
     def say(self, text: str, *, warning: bool = False) -> None:
         """Log a sentence."""
@@ -264,16 +250,14 @@ class RosLink(Link):
         except DoorModelError as error:
             self._node.get_logger().error(f"closer_parameters describes no door: {error}")
             return
-        if self._ways is not None and self._known is not None and (
-                self._known.name == message.door):
-            self._ways.door = replace(self._known, door=found)
+        if self.door is not None and self.door.name == message.door:
+            self.door = replace(self.door, door=found)
 
     def _on_plan(self, message: ImpactPlan) -> None:
         self._last_plan = message
-        if self._ways is not None:
-            self._ways.last_hit = None
-            with suppress(GoalRefused):  # whoever wants to execute it is told why
-                self._ways.last_hit = self._seen(message)
+        self.last_hit = None
+        with suppress(GoalRefused):  # whoever wants to execute it is told why
+            self.last_hit = self._seen(message)
 
     def _stamp(self) -> Any:
         return self._node.get_clock().now().to_msg()

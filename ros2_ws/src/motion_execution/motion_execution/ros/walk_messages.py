@@ -17,7 +17,6 @@ from door_model.door.geometry import before
 from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from geometry_msgs.msg import Pose as PoseMessage
 from hrp2_description.robot import SIDES, RobotConfig
-from robot_driver.motion import Outcome
 from visualization_msgs.msg import Marker, MarkerArray
 from walking.errors import InvalidFootsteps
 from walking.footsteps.footstep import Footstep, Pose, other
@@ -26,27 +25,17 @@ from motion_execution.walk.goal import WalkGoal
 
 ODOM = "odom"
 Result = WalkAction.Result
-CODES = {
-    Outcome.SUCCESS: Result.NONE,
-    Outcome.STOPPED: Result.STOPPED,
-    Outcome.FELL: Result.FELL,
-    Outcome.NOT_FOLLOWED: Result.DRIVER_REFUSED,
-}
 _UPRIGHT = 0.05  # largest tilt of a pose on the floor [rad], and error of a quaternion's length
 _THICK = 0.004  # height of a footstep's marker [m]
 _COLOURS = {"left": BLUE, "right": ORANGE}
-_REASONS = {
-    "invalid_footsteps": Result.INVALID_GOAL,
-    "setting": Result.INVALID_GOAL,
-    "not_ready": Result.NOT_READY,
-    "replaced": Result.REPLACED,
-    "stopped": Result.STOPPED,
-}
+_BAD = ("invalid_footsteps", "setting")  # reasons of errors that are the goal's own
 
 
 def error_code(error: DoorImpactError) -> int:
     """Return the action's error code of an error before the walk."""
-    return int(_REASONS.get(error.reason, Result.INFEASIBLE))
+    if error.reason in _BAD:
+        return int(Result.INVALID_GOAL)
+    return int(getattr(Result, error.reason.upper(), Result.INFEASIBLE))
 
 
 def goal_from(message: Any, hinge: str = "right", world: str = ODOM) -> WalkGoal:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +22,7 @@ from motion_execution.judge import farthest
 TILT = math.radians(3.0)  # largest tilt of the trunk at the beginning of a walk [rad]
 LEVEL = 0.015  # largest difference in height of the soles [m]
 FLAT = math.radians(3.0)  # largest tilt of a sole [rad]
-NEAR = 0.03  # distance up to which the upper body counts as in a known posture [rad]
+NEAR = 0.03  # distance up to which the upper body counts as in half-sitting [rad]
 _MISSES = 0.06  # by how much a measured posture may miss level soles [m, rad]
 
 
@@ -47,18 +46,18 @@ class Standing:
 
 
 def start_state(
-    robot: RobotModel, found: Standing, settings: WalkSettings, known: Sequence[Array] = (),
+    robot: RobotModel, found: Standing, settings: WalkSettings, commanded: Array | None = None,
 ) -> WalkState:
     """Return the state in which a walk from the present posture begins.
 
     Motors never hold a posture exactly. So that many walks do not add up these errors, an upper
-    body near a known posture is taken to be in it; only another one, as after a hit, is kept as it
-    is measured.
+    body near half-sitting is taken to be in it; only another one, as after a hit, is kept as it was
+    commanded, so that the driver's reference goes on without a jump.
 
     Args:
         found: What is known of the robot.
-        known: Postures that the upper body may have been commanded to, (J,) each [rad]; the legs'
-            columns are ignored. Half-sitting is always one of them.
+        commanded: Posture in which the last trajectory ends, (J,) [rad]; None, and one that the
+            robot is not in, stand for the measured one.
 
     Raises:
         NotReady: The robot moves, is tilted, or does not stand flat on both feet.
@@ -68,14 +67,14 @@ def start_state(
     name, speed = farthest(found.velocity, np.zeros_like(found.velocity), robot.joint_names)
     _require(speed, STILL, f"speed of {name} [rad/s]", "a walk begins at rest")
     stance, height = _feet(robot, found)
-    legs = [column for columns in robot.leg_columns.values() for column in columns]
     plain = standing(robot, stance)
     upper = untwisted(robot, stance, found.position, settings)
-    near = [posture for posture in (*known, robot.config.half_sitting)
-            if np.delete(np.abs(upper - posture), legs).max() <= NEAR]
-    if near and abs(height - plain.waist_height) <= LEVEL:
-        return standing(robot, stance, near[0])
-    return resting(robot, stance, found.position, settings, _MISSES)
+    if robot.folded_by(upper) <= NEAR and abs(height - plain.waist_height) <= LEVEL:
+        return plain
+    held = found.position
+    if commanded is not None and np.abs(held - commanded).max() <= WALK_START:
+        held = commanded
+    return resting(robot, stance, held, settings, _MISSES)
 
 
 def require_near(robot: RobotModel, first: Array, position: Array) -> None:

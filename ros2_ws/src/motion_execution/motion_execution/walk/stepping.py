@@ -134,7 +134,7 @@ class Stepping(Motion):
 
     @property
     def steps_sent(self) -> int:
-        """Number of footsteps whose motions the driver has, with those that it has made."""
+        """Number of footsteps that were sent to the driver, whether it has made them or not."""
         return self._sent.made + self._sent.steps
 
     @property
@@ -171,8 +171,10 @@ class Stepping(Motion):
         Args:
             now: Time of the robot's clock [s].
         """
-        self._sent = replace(self._sent, origin=now + self._settings.lead)
-        return self._sent.command
+        lead, knots = self._settings.lead, self._sent.knots
+        self._sent = replace(self._sent, origin=now + lead)
+        # Stamped now, the driver goes from its reference to the first posture meanwhile.
+        return Command(now, replace(knots, time=knots.time + lead))
 
     def stop(self, why: str = "") -> None:
         """Make no further step: the one whose motion was sent is finished, and the robot stands."""
@@ -215,7 +217,7 @@ class Stepping(Motion):
     # -- what a motion adds to ---------------------------------------------------------------------
 
     def _under_way(self, present: float) -> list[Command]:
-        """Send the next step if its time has come, at the present time of the robot's clock [s]."""
+        """Return the command with the next step once the clock [s] is close to its begin."""
         sent, settings = self._sent, self._settings
         if self._stopping or sent.complete or present < sent.boundary - settings.commit:
             return []

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,9 @@ from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import Measured
 from robot_driver.motion import Outcome
+from walking.errors import WalkInfeasible
+from walking.footsteps.footstep import stances
+from walking.passing.surroundings import Surroundings
 from walking.pattern.plan import plan_walk
 from walking.pattern.sections import rest_after
 from walking.pattern.settings import WalkSettings
@@ -22,6 +26,8 @@ from walking.recovery.recovery import Recovery, recover
 from motion_execution.settings import ExecutionSettings
 from motion_execution.walk.stepping import Sent, Stepping
 
+_TURNED = math.radians(0.5)  # turn of the leaf after which the way is looked at again [rad]
+
 
 class Walk(Stepping):
     """One walk over footsteps.
@@ -32,7 +38,8 @@ class Walk(Stepping):
         settings: Thresholds.
         onward: Function that plans how the walk goes on after a push has changed its steps and the
             robot stands again; None ends the walk there.
-        free: Columns of joints that the driver may move away from the walk.
+        around: Function that returns the door as it is now, which ends the walk if it comes into
+            the way; None where nothing is known of it.
 
     Raises:
         DoorImpactError: The walk cannot begin: the robot could not come to rest before it.
@@ -41,11 +48,13 @@ class Walk(Stepping):
     def __init__(
         self, robot: RobotModel, plan: WalkPlan, pattern: WalkSettings | None = None,
         settings: ExecutionSettings | None = None,
-        onward: Callable[[], WalkPlan] | None = None, free: Sequence[int] = (),
+        onward: Callable[[], WalkPlan] | None = None,
+        around: Callable[[], Surroundings | None] = lambda: None,
     ) -> None:
         super().__init__(
-            robot, plan, pattern or WalkSettings(), settings or ExecutionSettings(), free)
-        self._onward = onward
+            robot, plan, pattern or WalkSettings(), settings or ExecutionSettings())
+        self._onward, self._around = onward, around
+        self._clear_of = math.nan  # angle of the leaf that was last found clear of the way [rad]
         self._restarts = 0
         # Boundary beyond which no step is sent while others are planned, and the plan it is of.
         self._held: tuple[int, WalkPlan] | None = None
@@ -149,6 +158,21 @@ class Walk(Stepping):
             found.plan, rest_after(self._robot, found.plan, steps, self._pattern),
             found.plan.knots, steps, origin + found.begin, sent.landed(now)))
         return [self._sent.command]
+
+    def on_door(self, now: float, angle: float, velocity: float) -> list[Command]:
+        """Come to rest before a leaf that has moved into the way."""
+        if self._stopping or abs(angle - self._clear_of) < _TURNED:
+            return []
+        around, sent = self._around(), self._sent
+        if around is None:
+            return []
+        self._clear_of = angle
+        ahead = stances(sent.plan.schedule.phases[0].stance, sent.plan.footsteps)
+        try:
+            around.require_way([each.middle for each in ahead[max(0, sent.steps - 1):]])
+        except WalkInfeasible as error:
+            self.stop(f"the robot has come to rest: {error}")
+        return []
 
     def _under_way(self, present: float) -> list[Command]:
         """Go over to new footsteps at their boundary, and send the next step if it is not held."""

@@ -32,7 +32,7 @@ def reading(force=0.0, tilt=0.0):
 
 def sample(position, velocity):
     """A complete sample of an upright trunk."""
-    return Measured(position, velocity, reading(), WRENCH, WRENCH)
+    return Measured(position, velocity, reading(), WRENCH, WRENCH, 0.0)
 
 
 class Hit:

@@ -9,11 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
 from door_impact_common.errors import DoorImpactError
 from humanoid_motion.leaf import LeafFrame
 from motion_execution.mission.mission import PLAN_PASSAGE, WALK
 from motion_execution.mission.order import Order
 from motion_execution.mission.ways import Wanted
+from motion_execution.ros.passage_messages import plan_message
 from motion_execution.walk.goal import WalkGoal
 from played_world import SURVEY, TICK, World
 from robot_driver.motion import Outcome
@@ -58,6 +60,9 @@ def test_hit_and_passage_follow_each_other(world):
     assert passage.watch.largest_error < math.radians(1.0)
     steps = [each.step for each in world.feedback]
     assert steps == sorted(steps)
+    short, whole = (plan_message(way, 1, Time(), trajectories=each) for each in (False, True))
+    assert (len(short.times), len(short.footsteps), short.clear_time) == (0, 0, way.passage.clear)
+    assert len(whole.times) == len(whole.leaf_angle) == len(whole.hand_radius) > 100
     assert world.compliance == [(400.0, 400.0, 10.0), ()]
     assert all(each.clearance > 0.0 for each in world.feedback if each.phase == "walk")
     last = way.hold.in_odom(way.passage.walk.footsteps)[-1]
@@ -124,6 +129,15 @@ def test_a_passage_that_was_stopped_goes_on_from_the_held_leaf(world):
     assert (passed.way.opening.way, len(world.hits)) == ("", 1)
     last = passed.way.hold.in_odom(passed.way.passage.walk.footsteps)[-1]
     assert last.y < world.task.doorway.far_face
+
+
+def test_a_lost_leaf_ends_the_passage_standing_where_the_next_goal_can_go_on(world):
+    world.off = lambda since: math.radians(20.0) * (since > 3.0)
+    routine, _, passed = world.begin()
+    world.until(lambda: routine.done)
+    assert passed.passage.outcome is Outcome.LEAF_LOST, passed.message
+    assert "the leaf is lost" in passed.message
+    assert world.mission._passing._left.passage is passed.passage.passage
 
 
 def test_a_robot_elsewhere_walks_up_and_passes_from_where_it_really_stands(world):

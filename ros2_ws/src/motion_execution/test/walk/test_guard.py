@@ -38,7 +38,7 @@ class Rig:
         imu = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), turn, np.array([0.0, 0.0, 9.81]))
         self.guard.lags(lag)
         return self.guard.on_measured(self.now, Measured(
-            self.position, np.zeros(len(self.position)), imu, wrench, wrench))
+            self.position, np.zeros(len(self.position)), imu, wrench, wrench, self.now))
 
     def rest(self, seconds=1.2):
         for _ in range(round(seconds / TICK)):

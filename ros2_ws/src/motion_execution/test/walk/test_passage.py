@@ -73,7 +73,7 @@ def test_a_passage_that_goes_as_planned_succeeds(rig):
     done, plan = rig.run(), rig.passage.passage
     assert done.outcome is Outcome.SUCCESS
     assert len(rig.sent) == done.steps_made(rig.now) + 1 == len(plan.walk.footsteps) + 1
-    begin = rig.sent[0].stamp
+    begin = rig.sent[0].stamp + rig.sent[0].knots.time[0]
     assert done.cleared(rig.now) == pytest.approx(begin + plan.clear)
     assert math.isnan(done.cleared(begin + plan.clear - 0.1))
     stages = [done.stage(begin + time) for time in np.arange(0.0, plan.walk.duration, 0.1)]

@@ -13,6 +13,7 @@ from hypothesis.extra.numpy import arrays
 from motion_execution.walk.start import Standing, require_near, soles_at, start_state
 from walking.errors import NotReady
 from walking.footsteps.footstep import Pose
+from walking.pattern.fold import plan_fold
 from walking.pattern.plan import plan_walk
 from walking.pattern.settings import WalkSettings
 
@@ -53,13 +54,16 @@ def test_an_arm_that_a_hit_left_elsewhere_stays_there(robot, still):
     require_near(robot, first, position)
 
 
-def test_a_posture_of_the_last_walk_is_known(robot, still):
-    """So that errors of the motors do not add up from walk to walk."""
-    known = still.position.copy()
-    known[robot.joint_names.index("RARM_JOINT0")] += 0.3
-    found = replace(still, position=known + 0.01)
-    assert np.array_equal(start_state(robot, found, PATTERN, [known]).upper.value, known)
-    assert not np.array_equal(start_state(robot, found, PATTERN).upper.value, known)
+def test_folding_ends_in_half_sitting_from_any_reach(robot, still):
+    """It begins where the arm is, and the soles stay."""
+    position = still.position.copy()
+    position[[robot.joint_names.index(f"RARM_JOINT{n}") for n in (0, 3)]] += (-1.0, -0.5)
+    state = start_state(robot, replace(still, position=position), PATTERN)
+    fold = plan_fold(robot, state, PATTERN)
+    first, last = fold.knots.position[[0, -1]]
+    assert np.abs(first - position).max() < 2e-3
+    assert np.abs(last - still.position).max() < 1e-3
+    assert (fold.checks.margin > 0.03).all()
 
 
 def test_a_walk_that_was_stopped_between_two_steps_is_gone_on_with(robot, walk_to):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
+from door_model.door.geometry import Frame, Leaf
 from hrp2_description.robot import SIDES
 from hrp2_sim_bridge.control.driver import TrajectoryDriver
 from hrp2_sim_bridge.control.trajectory import JointLimits
@@ -15,7 +16,10 @@ from hypothesis import strategies as st
 from motion_execution.walk.goal import WalkGoal, plan_goal
 from motion_execution.walk.walk import Walk
 from robot_driver.motion import Outcome
+from walking.errors import WalkInfeasible
 from walking.footsteps.footstep import Pose
+from walking.passing.doorway import Doorway
+from walking.passing.surroundings import Surroundings
 from walking.pattern.settings import WalkSettings
 
 TICK = 0.005  # period of the driver [s]
@@ -113,7 +117,7 @@ def test_a_walk_that_is_not_disturbed_is_the_planned_one(rig, ahead):
     rig.run()
     assert rig.walk.outcome is Outcome.SUCCESS
     assert rig.walk.steps_made(rig.now) == len(ahead.footsteps)
-    origin = rig.sent[0].stamp
+    origin = rig.sent[0].stamp + rig.sent[0].knots.time[0]
     times = BEGIN + TICK * np.arange(1, len(rig.reference) + 1) - origin
     off = np.array([each.position for each in rig.reference]) - ahead.knots.at(times)[0]
     assert np.abs(off).max() < 1e-4
@@ -284,6 +288,32 @@ def test_a_lag_is_part_of_the_present(rig, ahead):
     rig.run(BEGIN + 1.45)
     assert rig.walk.steps_sent == 0
     rig.walk.lag = 0.3
-    boundary = rig.sent[0].stamp + ahead.begin_of(0)
+    boundary = rig.sent[0].stamp + rig.sent[0].knots.time[0] + ahead.begin_of(0)
     rig.run(boundary + 0.2)
     assert rig.walk.steps_sent == 0
+
+
+def test_a_leaf_that_moves_into_the_way_ends_the_walk_standing_before_it(robot, ahead):
+    """It would have led past the leaf's free edge; the reason says where the leaf is."""
+    doorway = Doorway(np.zeros(2), Leaf(50.0, 0.9, 2.0, 0.04), Frame(0.91, 0.10, 0.14))
+    # From the far side, along the open leaf, 0.2 m beyond where its edge passes.
+    around = Surroundings(doorway, Pose(0.9, 0.75, 0.0), math.radians(5.0), (-0.2, 0.2, -0.4, 0.4))
+    leaf = [around]
+    rig = Rig(robot, Walk(robot, ahead, around=lambda: leaf[0]))
+    around.require_way([phase.stance.middle for phase in ahead.schedule.phases])
+    rig.run(until=BEGIN + 2.5)
+    leaf[0] = replace(around, angle=math.radians(60.0))
+    assert rig.walk.on_door(rig.now, leaf[0].angle, 1.0) == []
+    rig.run()
+    assert rig.walk.outcome is Outcome.STOPPED
+    assert "the leaf, which stands open by 60 deg, is in the way" in rig.walk.reason
+    assert 0 < rig.walk.steps_made(rig.now) < len(ahead.footsteps)
+    rig.stands()
+
+
+def test_legs_from_which_no_walk_begins_are_told_with_the_way_out(robot, ahead):
+    """As those of a robot that was stopped in the step of a hit."""
+    state = Walk(robot, ahead).final
+    high = replace(state, waist_height=state.waist_height + 0.15)
+    with pytest.raises(WalkInfeasible, match=r"sim/reset.*hip and ankle would be .* m apart"):
+        plan_goal(robot, high, WalkGoal(Pose(2.0, 0.0, 0.0)), WalkSettings())

@@ -62,7 +62,7 @@ def measured_at(robot, plan, time, velocity=(0.0, 0.0)):
     imu = ImuSample(quaternion, world.T @ (rate + own), world.T @ np.array([0.0, 0.0, 9.81]))
     wrench = np.array([0.0, 0.0, robot.mass * 9.81, 0.0, 0.0, 0.0])
     loads = {foot: wrench if foot == side else np.zeros(6) for foot in SIDES}
-    return Measured(position, speed, imu, loads["left"], loads["right"])
+    return Measured(position, speed, imu, loads["left"], loads["right"], time)
 
 
 def pushed(robot, plan, step, velocity):
@@ -79,6 +79,16 @@ def test_without_a_push_the_capture_point_is_that_of_the_plan(robot, ahead, step
         seen = watch(robot, ahead, time, measured_at(robot, ahead, time))
         assert seen.capture_point == pytest.approx(seen.planned, abs=2e-3)
         assert recover(robot, ahead, time, measured_at(robot, ahead, time)) is None
+
+
+@pytest.mark.parametrize("gap", [0.01, 0.1, 0.2])
+def test_measurements_that_are_lost_are_no_push(robot, ahead, gap):
+    """The estimate goes on after a gap [s], in which the capture point has moved with the plan."""
+    seen = None
+    for time in np.arange(0.402, ahead.duration, gap):  # no phase begins there
+        measured = measured_at(robot, ahead, time)
+        seen = watch(robot, ahead, time, measured, before=seen)
+        assert recover(robot, ahead, time, measured, seen=seen) is None
 
 
 @pytest.mark.parametrize("direction", TILTS)

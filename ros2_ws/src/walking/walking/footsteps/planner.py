@@ -11,12 +11,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from typing import Protocol
 
 import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES, RobotConfig, StepLimits, needed
 
-from walking.errors import InvalidFootsteps
+from walking.errors import InvalidFootsteps, WalkInfeasible
 from walking.footsteps.checks import check_footsteps, fits, require_numbers
 from walking.footsteps.footstep import (
     OUTWARD,
@@ -34,9 +36,24 @@ _MOST = 400  # largest number of steps on one piece of a way
 _LONGER = 12  # further numbers of steps that are tried on a piece where the fewest do not do
 
 
+class Room(Protocol):
+    """What stands in the way of a robot, and ways around it."""
+
+    def require_way(self, way: Sequence[Pose]) -> None:
+        """Check a way of the middle between the soles, from place to place in odom.
+
+        Raises:
+            WalkInfeasible: Something is in the way.
+        """
+
+    def detours(self, begin: Pose, goal: Pose) -> Iterator[list[Pose]]:
+        """Yield places in odom through which other ways lead from a place to another one."""
+
+
 def plan_footsteps(
     robot: RobotConfig, stance: Stance, goal: Pose, duration: float = 0.8, *,
     first: str | None = None, keep_heading: bool = False, whole_turns: bool = False,
+    room: Room | None = None,
 ) -> list[Footstep]:
     """Plan footsteps that end with the feet beside each other, their middle at a goal.
 
@@ -54,6 +71,7 @@ def plan_footsteps(
             diagonally.
         whole_turns: Whether a goal's heading of more than half a turn from the present one means
             that the robot turns so far.
+        room: What may be in the way; None: nothing.
 
     Returns:
         The footsteps; none if the feet are at the goal already.
@@ -61,6 +79,7 @@ def plan_footsteps(
     Raises:
         InvalidFootsteps: Stance or goal are no numbers, the goal is too far away, or no way leads
             there.
+        WalkInfeasible: Something is in the way.
         RobotConfigError: The robot has no limits of footsteps.
     """
     limits = needed(robot.footsteps, "footsteps")
@@ -72,14 +91,14 @@ def plan_footsteps(
         goal = Pose(goal.x, goal.y, begin.yaw + wrapped(goal.yaw - begin.yaw))
     if _at(stance, Stance.around(goal, limits.width)) and abs(goal.yaw - begin.yaw) < _REACHED:
         return []
-    ways = list(_ways(begin, goal, facing=not keep_heading, whole_turns=whole_turns))
+    ways = _ways(begin, goal, room, facing=not keep_heading, whole_turns=whole_turns)
     found = _fewest(robot, limits, stance, ways, first, duration)
     if found is None:  # from feet that stand far apart: first one of them goes beside the other
         side = first or SIDES[0]
         pose = stance.foot(other(side)).moved(0.0, OUTWARD[side] * limits.width)
         step = Footstep(side, *pose, duration)
         beside = stance.after(step)
-        ways = list(_ways(beside.middle, goal, facing=not keep_heading, whole_turns=whole_turns))
+        ways = _ways(beside.middle, goal, room, facing=not keep_heading, whole_turns=whole_turns)
         rest = _fewest(robot, limits, beside, ways, other(side), duration)
         found = None if rest is None else [step, *rest]
     if found is None:
@@ -103,9 +122,50 @@ def _check_poses(stance: Stance, goal: Pose) -> None:
 
 
 def _ways(
+    begin: Pose, goal: Pose, room: Room | None, *, facing: bool, whole_turns: bool
+) -> list[tuple[Pose, ...]]:
+    """Return the direct ways that are free; the first free one around something if none is."""
+    direct = list(_direct(begin, goal, facing=facing, whole_turns=whole_turns))
+    if room is None:
+        return direct
+    found, blocked = [], None
+    for way in direct:
+        try:
+            room.require_way(way)
+            found.append(way)
+        except WalkInfeasible as error:
+            blocked = blocked or error
+    if blocked is None or found:
+        return found
+    for places in room.detours(begin, goal):
+        way = _through(begin, places, goal, facing=facing, whole_turns=whole_turns)
+        with suppress(WalkInfeasible):
+            room.require_way(way)
+            return [way]
+    raise blocked
+
+
+def _through(
+    begin: Pose, places: Sequence[Pose], goal: Pose, *, facing: bool, whole_turns: bool
+) -> tuple[Pose, ...]:
+    """Return a way through places; the robot faces each of them, or keeps its heading."""
+    way = [begin]
+    for place in (*places, goal):
+        x, y, heading = way[-1]
+        if facing:
+            bearing = math.atan2(place.y - y, place.x - x)
+            heading += wrapped(bearing - heading)
+            way.append(Pose(x, y, heading))
+        way.append(Pose(place.x, place.y, heading))
+    heading = way[-1].yaw
+    return (*way, goal if whole_turns else Pose(
+        goal.x, goal.y, heading + wrapped(goal.yaw - heading)))
+
+
+def _direct(
     begin: Pose, goal: Pose, *, facing: bool, whole_turns: bool
 ) -> Iterator[tuple[Pose, ...]]:
-    """Yield the ways to a goal as places through which the middle goes.
+    """Yield the direct ways to a goal as places through which the middle goes.
 
     Args:
         begin: Pose of the middle at the beginning.

@@ -26,7 +26,6 @@ from walking.pattern.timing import Phase
 from walking.pattern.walk_plan import WalkPlan
 from walking.pattern.whole_body import feet_ahead, twist
 
-_PERIOD = 0.005  # time between two measurements [s]
 _SMOOTHING = 0.015  # time constant with which the measured point corrects the pendulum's [s]
 _TOUCH = 30.0  # normal force above which a sole counts [N]
 _STEP = 0.002  # step of the central differences [s]
@@ -110,14 +109,14 @@ class Balance:
     """What is known of the robot's balance at one time.
 
     Attributes:
-        time: Time since the beginning of the plan [s].
+        stamp: Time of the measurement [s].
         com: Measured state of the CoM.
         capture_point: Filtered place of the capture point in odom, (2,) [m].
         planned: Its place in the plan's reference, (2,) [m].
         phase: The plan's phase.
     """
 
-    time: float
+    stamp: float
     com: ComState
     capture_point: Array
     planned: Array
@@ -132,7 +131,7 @@ def watch(
 
     Between two measurements the capture point moves as the pendulum's under the measured ZMP; the
     measured one corrects it. So trembling legs, whose speed is part of the measured one, matter
-    less.
+    less. The longer nothing was measured, the less the estimate before counts.
 
     Args:
         plan: The plan that the driver follows.
@@ -152,12 +151,12 @@ def watch(
     reference = com_over_sole(robot, side, sole, position[0], velocity[0], None)
     point = now.capture_point
     if before is not None:
-        zmp = _zmp(phase, measured)
+        zmp, elapsed = _zmp(phase, measured), measured.time - before.stamp
         moved = before.capture_point
         if zmp is not None:
-            moved = moved + _PERIOD * now.frequency * (moved - zmp)
-        point = moved + _PERIOD / (_PERIOD + _SMOOTHING) * (point - moved)
-    return Balance(time, now, point, reference.capture_point, phase)
+            moved = moved + elapsed * now.frequency * (moved - zmp)
+        point = moved + elapsed / (elapsed + _SMOOTHING) * (point - moved)
+    return Balance(measured.time, now, point, reference.capture_point, phase)
 
 
 def _zmp(phase: Phase, measured: Measured) -> Array | None:

@@ -2,6 +2,11 @@
 
 const PLOT_HEIGHT = 98; // fixed, because a height that follows the page's would grow for ever
 
+// uPlot draws on a canvas, which the page's style sheet does not reach.
+const INK = matchMedia("(prefers-color-scheme: dark)").matches
+  ? { text: "#c9cdd3", grid: "#ffffff1c", phase: "#565b63", event: "#e0c060", now: "#ffffff" }
+  : { text: "#000000", grid: "#00000012", phase: "#c4c8ce", event: "#7a5c00", now: "#111111" };
+
 const SAME_TIME = 1e-3; // a sample that is this near counts, also at the edge of a gap [s]
 
 /** The value of a curve at a time, between two samples; null in a gap and outside. */
@@ -69,7 +74,8 @@ class Plot {
       cursor: { show: false },
       scales: { x: { time: false, range: () => this.range } },
       axes: [{ size: 26, values: (_, ticks) => ticks.map((tick) => +tick.toFixed(4)) },
-             { size: 52, space: 16 }],
+             { size: 52, space: 16 }].map((axis) =>
+        ({ ...axis, stroke: INK.text, grid: { stroke: INK.grid }, ticks: { stroke: INK.grid } })),
       padding: [8, 10, 0, 0],
       series: [{}, ...curves, ...limits.map((limit) => ({ ...limit, points: { show: false } }))],
       hooks: { draw: [(u) => this.lines(u, data)] },
@@ -98,9 +104,9 @@ class Plot {
       u.ctx.stroke();
     };
     u.ctx.save();
-    for (const phase of data.phases) line(phase.start, "#c4c8ce", [], 1);
-    for (const event of data.events) line(event.time, "#7a5c00", [4, 3], 1);
-    line(this.now, "#111111", [], 1.5);
+    for (const phase of data.phases) line(phase.start, INK.phase, [], 1);
+    for (const event of data.events) line(event.time, INK.event, [4, 3], 1);
+    line(this.now, INK.now, [], 1.5);
     u.ctx.restore();
   }
 
