@@ -30,6 +30,7 @@ from motion_execution.mission.passing import Passed
 from motion_execution.mission.ways import Wanted
 from motion_execution.walk.goal import WalkGoal
 from motion_execution.walk.passage import Passage
+from motion_execution.walk.stepping import Stepping
 from motion_execution.walk.walk import Walk
 from robot_driver.names import DOOR
 from walking.footsteps.footstep import Pose
@@ -103,9 +104,9 @@ class Rig(DriverLink):
             assert not routine.done, routine.result()
             self.step()
         self.execution = body.motion
-        begin = -self.execution.since(0.0) if isinstance(self.execution, Walk) else self.now()
+        begin = -self.execution.since(0.0) if isinstance(self.execution, Stepping) else self.now()
         self.reference = (  # time of the planned contact, or of the walk's planned end [s]
-            begin + self.execution.plan.duration if isinstance(self.execution, Walk)
+            begin + self.execution.plan.duration if isinstance(self.execution, Stepping)
             else self.execution.planned_contact)
         self.lasts = self.reference - begin  # [s]
 
