@@ -86,7 +86,7 @@ def test_a_walk_goes_on_after_a_bad_newer_goal_and_is_stopped_standing(link: Dri
         link.step()
     assert walk.result().outcome is Outcome.STOPPED
     assert walk.result().steps_made(math.inf) < 2
-    assert link.mission.stop() == ""
+    assert link.mission.stop() == "nothing is being executed"
     link.mission.body.inputs.tilt = 1.5
     with pytest.raises(NotReady, match=r"the robot fell: .* 85\.9 deg, .*sim/reset"):
         link.mission.body.require_messages(())

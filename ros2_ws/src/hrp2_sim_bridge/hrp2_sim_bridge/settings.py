@@ -13,8 +13,8 @@ from typing import Annotated, Any, Literal, get_args
 from door_impact_common.documents import STRICT, Count, NotNegative, Number, Positive, number
 from pydantic import AfterValidator, Field
 from pydantic.dataclasses import dataclass
+from robot_driver.trajectory_driver import PERIOD as TICK
 
-TICK = 0.005  # HRP-2's control period [s]
 SAMPLE = 0.001  # period of the log and of the door's encoder [s]
 SAMPLES_PER_TICK = round(TICK / SAMPLE)
 _EngineName = Literal["pybullet", "mujoco"]

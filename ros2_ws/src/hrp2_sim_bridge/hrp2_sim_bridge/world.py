@@ -18,13 +18,13 @@ from door_model.door.geometry import along
 from hrp2_description.robot import RobotConfig, needed
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 from humanoid_motion.mirror import Mirror
+from robot_driver.errors import TrajectoryRefusedError
+from robot_driver.trajectory_checks import JointLimits
+from robot_driver.trajectory_driver import TrajectoryDriver
 
-from hrp2_sim_bridge.control.driver import TrajectoryDriver
 from hrp2_sim_bridge.control.drives import Actuation
 from hrp2_sim_bridge.control.hand_compliance import HandCompliance
 from hrp2_sim_bridge.control.stabilizer import Stabilizer
-from hrp2_sim_bridge.control.trajectory import JointLimits
-from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.log import TruthLog, save_npz
 from hrp2_sim_bridge.physics.contact import design_leaf
 from hrp2_sim_bridge.physics.door_load import DoorLoad

@@ -23,13 +23,14 @@ from geometry_msgs.msg import WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.driver_interface import TickSample
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from robot_driver.errors import TrajectoryRefusedError
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from hrp2_sim_bridge.errors import SecondDriverError, TrajectoryRefusedError
+from hrp2_sim_bridge.errors import SecondDriverError
 from hrp2_sim_bridge.log import check_writable
 from hrp2_sim_bridge.ros import messages as convert
 from hrp2_sim_bridge.ros.parameters import BridgeParameters

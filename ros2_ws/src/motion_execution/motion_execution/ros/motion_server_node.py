@@ -241,9 +241,6 @@ class MotionServer(GuardedNode):
 
     def _on_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, response.message = True, self._mission.stop()
-        if not response.message:
-            self._link.stop_driver()
-            response.message = "nothing is being executed; the driver was commanded to stop"
         return response
 
     # -- the mission ----------------------------------------------------------------------------

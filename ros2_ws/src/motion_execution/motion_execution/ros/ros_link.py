@@ -190,10 +190,6 @@ class RosLink(Link):
         """Publish a trajectory for the driver."""
         self._trajectory.publish(self.sight.message(command_message(command, self._names)))
 
-    def stop_driver(self) -> None:
-        """Command the driver's own stop."""
-        self._trajectory.publish(JointTrajectory())
-
     def comply(self, *impedance: float) -> None:
         """Let the right hand yield, [N/m, N s/m, kg]; without numbers it gets stiff."""
         message = HandCompliance(side="right")  # stiff
