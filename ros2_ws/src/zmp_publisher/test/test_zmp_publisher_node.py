@@ -15,6 +15,7 @@ from zmp_publisher.zmp_publisher_node import ZmpPublisher
 ROBOT = load_robot_config()
 WEIGHT = ROBOT.mass * GRAVITY
 PERIOD = 5_000_000
+BETWEEN = 1_000_000  # from a wrench to the joint state of its period [ns]
 
 
 @pytest.fixture
@@ -70,9 +71,10 @@ def _feed(node, time, left=0.5 * WEIGHT, right=0.5 * WEIGHT, torque_y=0.0,
           posture=ROBOT.half_sitting, names=ROBOT.joint_names):
     joints = _stamped(JointState(), time)
     joints.name, joints.position = list(names), [float(angle) for angle in posture]
-    node.hear("left_foot/wrench", _wrench(time, left, torque_y))
+    # As of ros2_control's broadcasters, each of which takes its own time.
+    node.hear("left_foot/wrench", _wrench(time + BETWEEN, left, torque_y))
     node.hear("joint_states", joints)
-    node.hear("right_foot/wrench", _wrench(time, right))
+    node.hear("right_foot/wrench", _wrench(max(time - BETWEEN, 0), right))
 
 
 def _status(node):

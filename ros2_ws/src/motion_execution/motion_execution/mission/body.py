@@ -139,7 +139,7 @@ class Body:
         try:
             sent = self._guard.follow(command, now, None if joints is None else joints[1])
         except TrajectoryRefusedError as error:
-            self._refused(f"a trajectory was refused: {error}", now)
+            self.refused(f"a trajectory was refused: {error}")
             return
         if sent is None:
             return
@@ -160,13 +160,13 @@ class Body:
         A motion ends where that is not what the controller was sent.
         """
         if why := self._guard.compare(stamp, reference):
-            self._refused(why, stamp)
+            self.refused(why)
 
-    def _refused(self, why: str, now: float) -> None:
-        """End the motion as safely as it can, since the controller does not follow it."""
+    def refused(self, why: str) -> None:
+        """End the motion as safely as it can: the driver does not follow it, for a reason."""
         motion = self.motion or self.idle
         self._link.say(why, warning=True)
-        for command in motion.on_refusal(now, why) if motion is not None else ():
+        for command in motion.on_refusal(self._link.now(), why) if motion is not None else ():
             self.send(command)
 
     def begin(

@@ -62,7 +62,10 @@ class MotionServer(GuardedNode):
         stiffness = given.number("hand_stiffness")
         if stiffness and not STIFFNESSES[0] <= stiffness <= STIFFNESSES[1]:
             raise SettingError("hand_stiffness [N/m]", stiffness, f"0, or within {STIFFNESSES}")
-        self._link = RosLink(self, self._after)
+        self._link = RosLink(
+            self, self._after,
+            lambda stamp, reference: self._mission.body.follows(stamp, reference),
+            lambda why: self._mission.body.refused(why))
         self._mission = Mission(
             self._link.model, self._link,
             Pose(given.value("hinge_x"), -given.value("door_distance"), 0.0),
