@@ -67,9 +67,9 @@ class StampPairer:
 class ImuMatcher:
     """Gives each sample the reading of the nearest stamp.
 
-    A sample waits until a reading of its control period or a later one has arrived. It does not wait for an
-    IMU that is silent: if the newest reading is older than the sample by more than `patience`, the
-    sample has no reading. Stamps of samples and of readings increase.
+    A sample waits until a reading of its control period or a later one has arrived. It does not
+    wait for an IMU that is silent: if the newest reading is older than the sample by more than
+    `patience`, the sample has no reading. Stamps of samples and of readings increase.
 
     Args:
         patience: Largest difference between the stamps of a sample and its reading [s].

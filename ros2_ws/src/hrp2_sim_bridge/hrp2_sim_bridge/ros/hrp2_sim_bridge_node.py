@@ -30,6 +30,7 @@ from std_msgs.msg import Header, String
 from std_srvs.srv import Trigger
 from trajectory_msgs.msg import JointTrajectory
 
+from hrp2_sim_bridge.control.servo import Servo
 from hrp2_sim_bridge.errors import SecondDriverError
 from hrp2_sim_bridge.log import check_writable
 from hrp2_sim_bridge.ros import messages as convert
@@ -84,10 +85,13 @@ class Company:
 
     Args:
         clock: Function that returns the real time [s].
+        ahead: By how much the simulation is ahead of that node at most [s].
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, ahead: float = _AHEAD
+    ) -> None:
+        self._clock, self._ahead = clock, ahead
         self.leave()
 
     def leave(self) -> None:
@@ -103,7 +107,7 @@ class Company:
 
     def waits(self, now: float) -> bool:
         """Whether a simulation at a time [s] must wait; not for a node that comes no farther."""
-        return now > self._stamp + _AHEAD and self._clock() < self._since + _PATIENCE
+        return now > self._stamp + self._ahead and self._clock() < self._since + _PATIENCE
 
 
 class SimBridge(GuardedNode):
@@ -131,6 +135,7 @@ class SimBridge(GuardedNode):
             self.world.robot_config, imu_variances(self.world.settings.sensors),
             self._options.text("frame_prefix"))
         self._pacer, self._company = Pacer(self._options.speed()), Company()
+        self._controller = Company(ahead=0.5 * TICK)
         self._encoder = SampleBatcher(
             period_ns=round(SAMPLE * 1e9), size=ENCODER_BATCH, counts_per_turn=COUNTS_PER_TURN)
         self._accepted, self._refused = 0, 0
@@ -138,7 +143,11 @@ class SimBridge(GuardedNode):
         self._fall_reported = False
         self._ticks = 0
         self._make_publishers()
-        self.create_subscription(JointTrajectory, "joint_trajectory", self._on_trajectory, QUEUE)
+        if self.world.settings.servo:
+            self.create_subscription(JointState, "sim/joint_commands", self._on_command, QUEUE)
+        else:
+            self.create_subscription(
+                JointTrajectory, "joint_trajectory", self._on_trajectory, QUEUE)
         self.create_subscription(HandCompliance, "hand_compliance", self._on_compliance, QUEUE)
         self.create_subscription(
             Header, "sim/handled", lambda message: self._company.handled(seconds(message.stamp)),
@@ -152,17 +161,20 @@ class SimBridge(GuardedNode):
     def _make_publishers(self) -> None:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._clock_topic = self.create_publisher(Clock, "/clock", QUEUE)
-        self._joints = self.create_publisher(JointState, "joint_states", QUEUE)
+        # Below a controller its broadcaster publishes joint_states.
+        self._joints = self.create_publisher(
+            JointState, "sim/joint_states" if self.world.settings.servo else "joint_states", QUEUE)
         self._imu = self.create_publisher(Imu, "imu", QUEUE)
         ends = ["foot"] if self.world.robot_config.wrist_sensors is None else ["foot", "wrist"]
         self._wrenches = [
             self.create_publisher(WrenchStamped, f"{side}_{end}/wrench", QUEUE)
             for end in ends for side in SIDES]
         self._counts = self.create_publisher(EncoderSamples, "door_encoder/counts", QUEUE)
-        self._description = self.create_publisher(String, "robot_description", latched)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
-        urdf = self.world.robot_config.urdf_path.read_text(encoding="utf-8")
-        self._description.publish(String(data=urdf))
+        if not self.world.settings.servo:  # that of ros2_control has tags
+            self._description = self.create_publisher(String, "robot_description", latched)
+            self._description.publish(
+                String(data=self.world.robot_config.urdf_path.read_text(encoding="utf-8")))
 
     def run(self) -> None:
         """Step the world until the context ends; then write the log if `log_file` is set.
@@ -178,7 +190,8 @@ class SimBridge(GuardedNode):
                     self._publish(self.world.step())
                     self._pacer.advance(TICK)
                     spin_for(executor, self._pacer.wait())
-                    while self._company.waits(self.world.time) and rclpy.ok():
+                    while rclpy.ok() and (self._company.waits(self.world.time)
+                                          or self._controller.waits(self.world.time)):
                         spin_for(executor, _LOOK)
         finally:
             self._finish()
@@ -189,7 +202,7 @@ class SimBridge(GuardedNode):
     def _publish(self, sample: TickSample) -> None:
         now, messages = self._now_ns(), self._messages
         messages.fill(now, sample)
-        if self._ticks % CLOCK_TICKS == 0:
+        if self.world.settings.servo or self._ticks % CLOCK_TICKS == 0:
             self._clock_topic.publish(Clock(clock=messages.stamp))
         self._joints.publish(messages.joints)
         for publisher, message in zip(self._wrenches, messages.wrenches, strict=True):
@@ -237,6 +250,15 @@ class SimBridge(GuardedNode):
             self._accepted += 1
             self._refusal = ""
 
+    def _on_command(self, message: JointState) -> None:
+        """Take the command of a controller, which makes one after each message on /clock."""
+        order = {name: column for column, name in enumerate(message.name)}
+        names = self.world.robot_config.joint_names
+        if isinstance(self.world.driver, Servo) and set(names) <= set(order) and len(
+                message.position) == len(order):
+            self.world.driver.command(np.array([message.position[order[name]] for name in names]))
+            self._controller.handled(self.world.time)
+
     def _on_compliance(self, message: HandCompliance) -> None:
         try:
             self.world.comply(message.side, message.stiffness, message.damping, message.mass)
@@ -251,6 +273,7 @@ class SimBridge(GuardedNode):
     def _on_reset(self, _: Any, response: Any) -> Any:
         self.world.reset()
         self._company.leave()
+        self._controller.leave()
         self._encoder.restart()  # the door is shut, so that door_encoder can take its zero again
         self._refusal, self._fall_reported = "", False
         self._ticks = 0

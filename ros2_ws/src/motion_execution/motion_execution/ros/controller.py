@@ -1,4 +1,4 @@
-"""Sends trajectories to a robot's driver: its topic, or a ros2_control controller's topic or action."""
+"""Sends trajectories to a robot's driver, or to ros2_control's controller by topic or action."""
 
 from __future__ import annotations
 
