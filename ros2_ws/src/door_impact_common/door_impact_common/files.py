@@ -23,7 +23,9 @@ def run_command(name: str, work: Callable[[], str]) -> int:
         0, or 1 after a DoorImpactError, which is printed in one line on stderr.
     """
     try:
-        print(work())
+        print(work(), flush=True)
+    except BrokenPipeError:  # the reader has ended, as in `... | head`; nor may the exit flush
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except DoorImpactError as error:
         print(f"{name}: {error}", file=sys.stderr)
         return 1
