@@ -108,3 +108,21 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         partial.unlink(missing_ok=True)
         raise OutputError(
             f"{target} cannot be written: {error.strerror}", value=str(target)) from error
+
+
+def draw_into(path: Path, draw: Callable[[], None]) -> None:
+    """Draw a figure into a file.
+
+    Args:
+        path: File to write.
+        draw: Function that imports what it needs, and writes the figure.
+
+    Raises:
+        OutputError: The figure cannot be drawn.
+    """
+    try:
+        if path.is_dir() or not path.name:
+            raise IsADirectoryError("it is a folder")
+        draw()
+    except (OSError, ValueError, ImportError) as error:
+        raise OutputError(f"cannot draw {path}: {error}", value=str(path)) from error

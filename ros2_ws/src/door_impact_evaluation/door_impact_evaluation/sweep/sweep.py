@@ -7,8 +7,7 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from door_impact_common.drawing import draw_into
-from door_impact_common.files import run_command, write_whole
+from door_impact_common.files import draw_into, run_command, write_whole
 from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 

@@ -9,9 +9,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from door_impact_common.drawing import draw_into
 from door_impact_common.errors import DoorImpactError
-from door_impact_common.files import run_command
+from door_impact_common.files import draw_into, run_command
 from door_model.door.config import door_names, load_door
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.documents import checked
-from door_impact_common.drawing import draw_into
-from door_impact_common.files import run_command
+from door_impact_common.files import draw_into, run_command
 from door_impact_common.palette import BLUE, GREEN, GREY, PURPLE, VERMILION
 from hrp2_description.robot import SIDES, load_robot_config, needed
 from humanoid_motion.clearance import bodies_of
