@@ -206,7 +206,8 @@ def require_continuity(recording: Recording) -> None:
             "the recording", None,
             f"has the shut door at {np.degrees(places.min()):.2f} to "
             f"{np.degrees(places.max()):.2f} deg, must stay within {np.degrees(_DRIFT):g} deg: "
-            "does the encoder lose counts, or slip?", value=float(np.ptp(places)), limit=_DRIFT)
+            "does the encoder lose counts, or slip, or was the door ajar?",
+            value=float(np.ptp(places)), limit=_DRIFT)
 
 
 def missing_rows(recording: Recording) -> NDArray[np.intp]:
