@@ -25,8 +25,8 @@ from humanoid_motion.driver_interface import TickSample
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Header, String
-from std_srvs.srv import Trigger
+from std_msgs.msg import Bool, Header, String
+from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from hrp2_sim_bridge.errors import SecondDriverError, TrajectoryRefusedError
@@ -48,6 +48,7 @@ _LONGEST_LAG = 0.02  # largest delay that is made up for: in a hurry, nodes woul
 _AHEAD = 0.05  # by how much the simulation is ahead of the node that moves its robot at most [s]
 _PATIENCE = 0.5  # real time for which it waits for it [s]
 _LOOK = 0.001  # real time between two looks meanwhile [s]
+PAUSE = "sim/pause"  # service
 _SHUT = math.radians(0.2)  # angle up to which the door counts as shut [rad]
 
 
@@ -137,12 +138,15 @@ class SimBridge(GuardedNode):
         self._fall_reported = False
         self._ticks = 0
         self._make_publishers()
+        self._pause(False)
         self.create_subscription(JointTrajectory, "joint_trajectory", self._on_trajectory, QUEUE)
         self.create_subscription(HandCompliance, "hand_compliance", self._on_compliance, QUEUE)
         self.create_subscription(
             Header, "sim/handled", lambda message: self._company.handled(seconds(message.stamp)),
             QUEUE)
         self.create_service(Trigger, "sim/reset", self._on_reset)
+        self.create_service(SetBool, PAUSE, self._on_pause)
+        self.create_service(Trigger, "sim/step", self._on_step)
         self.create_service(PushDoor, "sim/push_door", self._on_push)
         self.create_service(PushRobot, "sim/push_robot", self._on_push_robot)
         self.create_service(Trigger, "~/stop", self._on_stop)
@@ -159,6 +163,7 @@ class SimBridge(GuardedNode):
             for end in ends for side in SIDES]
         self._counts = self.create_publisher(EncoderSamples, "door_encoder/counts", QUEUE)
         self._description = self.create_publisher(String, "robot_description", latched)
+        self._paused = self.create_publisher(Bool, "sim/paused", latched)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
         urdf = self.world.robot_config.urdf_path.read_text(encoding="utf-8")
         self._description.publish(String(data=urdf))
@@ -175,9 +180,11 @@ class SimBridge(GuardedNode):
             with executor_of(self) as executor:
                 while rclpy.ok():
                     self._publish(self.world.step())
+                    self._left -= 1.0
                     self._pacer.advance(TICK)
                     spin_for(executor, self._pacer.wait())
-                    while self._company.waits(self.world.time) and rclpy.ok():
+                    while rclpy.ok() and (
+                            self._left < 1.0 or self._company.waits(self.world.time)):
                         spin_for(executor, _LOOK)
         finally:
             self._finish()
@@ -188,7 +195,7 @@ class SimBridge(GuardedNode):
     def _publish(self, sample: TickSample) -> None:
         now, messages = self._now_ns(), self._messages
         messages.fill(now, sample)
-        if self._ticks % CLOCK_TICKS == 0:
+        if self._ticks % CLOCK_TICKS == 0 or self._left < math.inf:
             self._clock_topic.publish(Clock(clock=messages.stamp))
         self._joints.publish(messages.joints)
         for publisher, message in zip(self._wrenches, messages.wrenches, strict=True):
@@ -247,8 +254,27 @@ class SimBridge(GuardedNode):
         response.success, response.message = True, "braking, then holding still"
         return response
 
+    def _pause(self, paused: bool) -> None:
+        """Let time stand still, or go on; who watches over silence is told that it is no fault."""
+        self._left = 0.0 if paused else math.inf  # ticks that may be made
+        self._paused.publish(Bool(data=paused))
+
+    def _on_pause(self, request: Any, response: Any) -> Any:
+        self._pause(request.data)
+        response.message = f"{'paused' if request.data else 'goes on'} at {self.world.time:.3f} s"
+        response.success = True
+        return response
+
+    def _on_step(self, _: Any, response: Any) -> Any:
+        response.success = self._left < math.inf
+        response.message = (f"steps by {1e3 * TICK:g} ms" if response.success else
+                            f"the simulation is not paused: call {PAUSE} first")
+        self._left += 1.0
+        return response
+
     def _on_reset(self, _: Any, response: Any) -> Any:
         self.world.reset()
+        self._pause(False)
         self._company.leave()
         self._encoder.restart()  # the door is shut, so that door_encoder can take its zero again
         self._refusal, self._fall_reported = "", False
