@@ -37,10 +37,13 @@ button[style*="red-filled"] {position: fixed; left: 12px; bottom: 12px; z-index:
 }
 </style>"""
 
-Name = Literal["push", "identify", "plan", "hit", "walk", "pass", "stop", "reset"]
+Name = Literal[
+    "push", "identify", "plan", "hit", "walk", "pass", "stop", "reset", "pause", "step"]
 BUTTONS: dict[Name, str] = {
     "push": "Push the door", "identify": "Identify", "plan": "Plan", "hit": "Hit", "walk": "Walk",
-    "pass": "Walk through the door", "stop": "Stop", "reset": "Reset"}
+    "pass": "Walk through the door", "stop": "Stop", "reset": "Reset", "pause": "Pause",
+    "step": "Step"}
+_HIDDEN: tuple[Name, ...] = ("pause", "step")  # where nobody serves them: a robot has no such thing
 Reply = Callable[[bool, str], None]
 """Takes whether an order was done, and a sentence of the node that was asked or of this one."""
 
@@ -75,6 +78,7 @@ class Panels:
     def __init__(self, server: viser.ViserServer, give: GiveOrder) -> None:
         self._server, self._give = server, give
         self._buttons: dict[Name, viser.GuiButtonHandle] = {}
+        self._paused = False
         gui = server.gui
         gui.add_html(_STYLE)
         self._button("stop", lambda: Order("stop", "Stop"), "As safely as the phase allows", "red")
@@ -105,6 +109,10 @@ class Panels:
                          "Hits the door, catches it and walks through")
             self._button("reset", lambda: Order("reset", "Reset the simulation"),
                          "Simulation only")
+            self._button("pause", lambda: Order(
+                "pause", self._buttons["pause"].label, {"data": not self._paused}),
+                "Time stands still; Reset ends that, too")
+            self._button("step", lambda: Order("step", "Step"), "By 5 ms")
         mark = server.scene.add_frame("/goal", axes_length=0.2, axes_radius=0.01, visible=False)
 
         @goal.on_update
@@ -136,6 +144,13 @@ class Panels:
         for name, button in self._buttons.items():
             if button.disabled != (name in why):
                 button.disabled = name in why
+            shown = name not in _HIDDEN or (
+                name in state.served and (state.paused or name == "pause"))
+            if button.visible != shown:
+                button.visible = shown
+        if state.paused != self._paused:
+            self._paused = state.paused
+            self._buttons["pause"].label = "Go on" if state.paused else BUTTONS["pause"]
         reasons: dict[str, list[str]] = {}
         for name, reason in why.items():
             reasons.setdefault(reason, []).append(BUTTONS[name])
@@ -161,7 +176,7 @@ class Panels:
 def refusals(state: State) -> dict[Name, str]:
     """Return which orders would be refused now, with what is to be done first."""
     why: dict[Name, str] = {name: "the node that does it is not running"
-                            for name in BUTTONS if name not in state.served}
+                            for name in BUTTONS if name not in (*state.served, *_HIDDEN)}
     if state.plan is None:
         why.setdefault("hit", "there is no plan yet, press Plan")
     for name in ("hit", "walk", "pass"):
@@ -206,7 +221,9 @@ def state_html(state: State) -> str:
     margin = state.margin()
     known = "ZMP margin not known" if margin is None else f"ZMP margin {1e3 * margin:.0f} mm"
     clock = "" if state.now is None else f"; {state.now:.1f} s"
-    if state.speed is not None:
+    if state.paused:
+        clock += ", paused"
+    elif state.speed is not None:
         clock += f", {state.speed:.2f} times as fast as real time"
     text = _paragraph(f"{state.phase or 'no motion'}; {door}; {known}{clock}")
     return text + (_paragraph(state.problem, _BAD) if state.problem else "")

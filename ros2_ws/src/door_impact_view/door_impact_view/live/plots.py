@@ -1,4 +1,4 @@
-"""The plots of the last seconds: the door's angle, the ZMP margin, forces of feet and hands."""
+"""The plots of the last seconds: door, ZMP margin, forces, and a signal that is chosen."""
 
 from __future__ import annotations
 
@@ -13,9 +13,13 @@ from viser import uplot
 from door_impact_view.live.state import Stamped, State
 from door_impact_view.scene import colors
 from door_impact_view.scene.colors import Rgb
+from door_impact_view.scene.urdf import SLIDING
 
 SPAN = 20.0  # time that plots show [s]
 _HEIGHT = 150  # of a plot [pixels]
+NOTHING = "nothing"
+"""The choice of no further signal."""
+_AROUND = 10.0  # what the axis of a further signal shows at least around its first values
 _LINES = (colors.COM, colors.ZMP, colors.CAPTURE_POINT, colors.DOOR)  # of several curves
 
 
@@ -59,11 +63,12 @@ class Plot:
         least: What the axis shows at least, so that noise looks small, [from, to].
         names: Name of each curve.
         lines: Colour of each curve.
+        order: Place among the plots; None: behind those that are there.
     """
 
     def __init__(
         self, gui: viser.GuiApi, title: str, least: tuple[float, float], names: tuple[str, ...],
-        lines: tuple[Rgb, ...]
+        lines: tuple[Rgb, ...], order: float | None = None
     ) -> None:
         self.names, self._least = names, least
         self.history = History(len(names))
@@ -73,7 +78,7 @@ class Plot:
         self.handle = gui.add_uplot(
             tuple(np.zeros((1 + len(names), 1))), tuple(series), title=title, height=_HEIGHT,
             legend=uplot.Legend(show=len(names) > 1, live=False),
-            scales=self._scales())
+            scales=self._scales(), order=order)
 
     def _scales(self) -> dict[str, uplot.Scale]:
         """Return both axes; the vertical one grows in quarters of what it shows at least."""
@@ -105,6 +110,9 @@ class Plots:
     def __init__(self, gui: viser.GuiApi) -> None:
         self._gui, self._folder = gui, gui.add_folder("The last 20 s", order=2.0)
         self.shown: dict[str, Plot] = {}
+        self._further = NOTHING
+        with self._folder:
+            self._choice = gui.add_dropdown("also plot", (NOTHING,), hint="From now on", order=0.0)
 
     def add(self, state: State) -> None:
         """Add what is known now to every plot."""
@@ -125,6 +133,22 @@ class Plots:
                 plot.history.add(max(item.time for item in items), *(
                     np.nan if state.fresh(item) is None else _size(item, hands)
                     for item in items))
+        self._add_further(signals(state))
+
+    def _add_further(self, found: dict[str, Stamped]) -> None:
+        """Offer the signals, and add the one that is chosen to its plot."""
+        if self._choice.options != (NOTHING, *found):
+            self._choice.options = (NOTHING, *found)
+        if self._choice.value != self._further:
+            if self._further in self.shown:
+                self.shown.pop(self._further).handle.remove()
+            self._further = self._choice.value
+        if self._further in found:
+            item, values = found[self._further], np.nan_to_num(found[self._further].value)
+            least = float(values.min()) - _AROUND, float(values.max()) + _AROUND
+            names = ("x", "y", "z") if values.size == 3 else (self._further,)
+            self._plot(self._further, least, names, _LINES, order=0.1).history.add(
+                item.time, *item.value)
 
     def send(self) -> None:
         """Send what is new to the browsers."""
@@ -132,15 +156,31 @@ class Plots:
             plot.send()
 
     def _plot(self, title: str, least: tuple[float, float], names: tuple[str, ...],
-              lines: tuple[Rgb, ...]) -> Plot:
+              lines: tuple[Rgb, ...], order: float | None = None) -> Plot:
         """Return a plot of some curves; one of other curves is replaced."""
         plot = self.shown.get(title)
         if plot is None or plot.names != names:
             if plot is not None:
                 plot.handle.remove()
             with self._folder:
-                plot = self.shown[title] = Plot(self._gui, title, least, names, lines)
+                plot = self.shown[title] = Plot(self._gui, title, least, names, lines, order)
         return plot
+
+
+def signals(state: State) -> dict[str, Stamped]:
+    """Return what can be plotted besides, (1,) or along x, y and z, (3,), by name with unit."""
+    found = {}
+    if state.imu is not None:
+        rate, force = np.split(state.imu.value, 2)
+        found["IMU: angular velocity [deg/s]"] = Stamped(state.imu.time, np.degrees(rate))
+        found["IMU: specific force [m/s²]"] = Stamped(state.imu.time, force)
+    found |= {f"force on {link} [N]": force for link, force in sorted(state.forces.items())}
+    scene = state.robot.scene
+    sliding = {joint.name for joint in scene.joints if joint.kind in SLIDING} if scene else set()
+    for name, place in state.robot.joints.items():
+        unit, scale = ("mm", 1e3) if name in sliding else ("deg", 180.0 / np.pi)
+        found[f"{name} [{unit}]"] = Stamped(state.now or 0.0, np.array([scale * place]))
+    return found
 
 
 def _size(item: Stamped, hand: bool) -> float:

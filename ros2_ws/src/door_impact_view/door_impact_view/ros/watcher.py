@@ -17,8 +17,8 @@ from door_impact_msgs.msg import ImpactPlan
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import JointState
-from std_msgs.msg import String
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -47,10 +47,12 @@ _TOPICS: tuple[tuple[Any, str, QoSProfile], ...] = (
     (String, "door_description", _LATCHED),
     (ImpactPlan, "door_impact_plan", _LATCHED),
     (MarkerArray, "footstep_markers", _LATCHED),
+    (Bool, "sim/paused", _LATCHED),
     (TFMessage, "/tf_static", _STATIC),
     (TFMessage, "/tf", _TRANSFORMS),
     (JointState, "joint_states", _LAST),
     (JointState, "door_angle", _LAST),
+    (Imu, "imu", _LAST),
     (PointStamped, "zmp", _LAST),
     (PointStamped, "com", _LAST),
     (PolygonStamped, "support_polygon", _LAST),
@@ -170,6 +172,11 @@ class Watcher:
                 state.door.joints = _positions(message)
                 state.door_angle = _stamped(message, message.position[:1]) if (
                     message.position) else None
+            case "sim/paused":
+                state.paused = message.data
+            case "imu":
+                rate, force = message.angular_velocity, message.linear_acceleration
+                state.imu = _stamped(message, [rate.x, rate.y, rate.z, force.x, force.y, force.z])
             case "zmp":
                 state.zmp = _stamped(message, [message.point.x, message.point.y])
             case "com":

@@ -50,7 +50,7 @@ ROBOT = {"hit", "walk", "pass"}
     (State(served=SERVED, plan=PlanSummary(), moving=frozenset({"walk"})), {"hit", "pass"}),
     (State(served=SERVED, plan=PlanSummary(), moving=frozenset({"hit"})), ROBOT),
     (State(served=SERVED - {"push", "reset"}, plan=PlanSummary()), {"push", "reset"}),
-    (State(), SERVED - {"stop"})])
+    (State(), SERVED - {"stop", "pause", "step"})])
 def test_what_would_be_refused_is_disabled(state, refused):
     """A newer walk replaces the one under way; Stop can always be pressed."""
     assert set(panels.refusals(state)) == refused
@@ -61,6 +61,25 @@ def test_a_refusal_names_the_button_to_press():
     assert panels.name_buttons("walk: call /a/plan_door_impact first", {
         "plan": "plan_door_impact", "walk": "walk"}) == (
         'walk: call /a/plan_door_impact (button "Plan") first')
+
+
+def test_a_simulation_can_be_paused_and_stepped_and_a_robot_cannot():
+    """Both buttons are there where a node serves them; Step, and Go on for Pause, in a pause."""
+    given = []
+    page = Page("127.0.0.1", 0, lambda order, reply: given.append(order.fields), plot_every=1)
+    client = PageClient(page.port)
+    for state, shown in ((State(served=SERVED - {"pause", "step"}), (False, False)),
+                         (State(served=SERVED), (True, False)),
+                         (State(served=SERVED, paused=True), (True, True))):
+        page.draw(state)
+        client.until(lambda want=shown, label="Go on" if state.paused else "Pause": want == (
+            client.visible(label), client.visible("Step")))
+    client.press("Go on")
+    client.until(lambda: given)
+    assert given == [{"data": False}]
+    assert ", paused" in panels.state_html(State(now=1.0, paused=True, speed=0.0))
+    client.close()
+    page.stop()
 
 
 def test_without_joint_angles_the_robot_is_in_its_zero_posture():
