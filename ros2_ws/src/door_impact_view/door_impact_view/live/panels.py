@@ -21,7 +21,7 @@ RUN_UPS = ("mcv50", "zmp_limited")  # of PlanDoorImpact.srv
 ENDINGS = ("hold", "retreat", "pass")
 _SHOWN = 12.0  # time for which a notification stays [s]
 _CELL = 'style="padding:1px 6px;text-align:left;vertical-align:top"'
-_BAD, _GOOD = "#b00020", "#00695c"
+_BAD, _GOOD = "light-dark(#b00020, #ff8a80)", "light-dark(#00695c, #4db6ac)"
 # Stop, the only red button, stays in a corner of the picture when the panel is scrolled; folded up,
 # the panel would take it along, so it cannot be. In windows of up to 36em viser's panel is a sheet
 # at the bottom, whose head folds it: the picture is above it, not behind it.
