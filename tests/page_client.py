@@ -100,10 +100,6 @@ class PageClient:
         """Whether a button that is there cannot be pressed."""
         return bool(self.elements[self._find(label) or ""]["disabled"])
 
-    def visible(self, label: str) -> bool:
-        """Whether there is a button of this label that is shown."""
-        return bool(self.elements.get(self._find(label) or "", {}).get("visible"))
-
     def text(self) -> str:
         """Return all texts of the panels."""
         return "\n".join(str(item["content"]) for item in self.elements.values()

@@ -43,7 +43,7 @@ BUTTONS: dict[Name, str] = {
     "push": "Push the door", "identify": "Identify", "plan": "Plan", "hit": "Hit", "walk": "Walk",
     "pass": "Walk through the door", "stop": "Stop", "reset": "Reset", "pause": "Pause",
     "step": "Step"}
-_HIDDEN: tuple[Name, ...] = ("pause", "step")  # where nobody serves them: a robot has no such thing
+_HIDDEN = ("pause", "step")  # where nobody serves them: a robot has no such thing
 Reply = Callable[[bool, str], None]
 """Takes whether an order was done, and a sentence of the node that was asked or of this one."""
 
@@ -139,25 +139,19 @@ class Panels:
         button.on_click(lambda _: self._press(order()))
 
     def show(self, state: State) -> None:
-        """Disable the buttons that would be refused, and say why; Stop never is."""
+        """Disable the buttons that would be refused, and say why; viser sends what is new."""
         why = refusals(state)
         for name, button in self._buttons.items():
-            if button.disabled != (name in why):
-                button.disabled = name in why
-            shown = name not in _HIDDEN or (
-                name in state.served and (state.paused or name == "pause"))
-            if button.visible != shown:
-                button.visible = shown
-        if state.paused != self._paused:
-            self._paused = state.paused
-            self._buttons["pause"].label = "Go on" if state.paused else BUTTONS["pause"]
+            button.disabled = name in why
+        self._paused = state.paused
+        self._buttons["pause"].label = "Go on" if state.paused else BUTTONS["pause"]
+        self._buttons["pause"].visible = "pause" in state.served
+        self._buttons["step"].visible = "step" in state.served and state.paused
         reasons: dict[str, list[str]] = {}
         for name, reason in why.items():
             reasons.setdefault(reason, []).append(BUTTONS[name])
-        text = "".join(_paragraph(f"{', '.join(names)}: {reason}")
-                       for reason, names in reasons.items())
-        if text != self._refused.content:
-            self._refused.content = text
+        self._refused.content = "".join(_paragraph(f"{', '.join(names)}: {reason}")
+                                        for reason, names in reasons.items())
 
     def _press(self, order: Order) -> None:
         """Give an order, and show every browser what comes of it."""

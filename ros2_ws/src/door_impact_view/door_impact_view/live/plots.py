@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from itertools import cycle
 
 import numpy as np
@@ -63,12 +64,11 @@ class Plot:
         least: What the axis shows at least, so that noise looks small, [from, to].
         names: Name of each curve.
         lines: Colour of each curve.
-        order: Place among the plots; None: behind those that are there.
     """
 
     def __init__(
-        self, gui: viser.GuiApi, title: str, least: tuple[float, float], names: tuple[str, ...],
-        lines: tuple[Rgb, ...], order: float | None = None
+        self, gui: viser.GuiApi, title: str, least: tuple[float, float], names: Sequence[str],
+        lines: tuple[Rgb, ...]
     ) -> None:
         self.names, self._least = names, least
         self.history = History(len(names))
@@ -78,7 +78,7 @@ class Plot:
         self.handle = gui.add_uplot(
             tuple(np.zeros((1 + len(names), 1))), tuple(series), title=title, height=_HEIGHT,
             legend=uplot.Legend(show=len(names) > 1, live=False),
-            scales=self._scales(), order=order)
+            scales=self._scales())
 
     def _scales(self) -> dict[str, uplot.Scale]:
         """Return both axes; the vertical one grows in quarters of what it shows at least."""
@@ -133,10 +133,7 @@ class Plots:
                 plot.history.add(max(item.time for item in items), *(
                     np.nan if state.fresh(item) is None else _size(item, hands)
                     for item in items))
-        self._add_further(signals(state))
-
-    def _add_further(self, found: dict[str, Stamped]) -> None:
-        """Offer the signals, and add the one that is chosen to its plot."""
+        found = signals(state)
         if self._choice.options != (NOTHING, *found):
             self._choice.options = (NOTHING, *found)
         if self._choice.value != self._further:
@@ -145,25 +142,25 @@ class Plots:
             self._further = self._choice.value
         if self._further in found:
             item, values = found[self._further], np.nan_to_num(found[self._further].value)
-            least = float(values.min()) - _AROUND, float(values.max()) + _AROUND
-            names = ("x", "y", "z") if values.size == 3 else (self._further,)
-            self._plot(self._further, least, names, _LINES, order=0.1).history.add(
-                item.time, *item.value)
+            around = float(values.min()) - _AROUND, float(values.max()) + _AROUND
+            plot = self._plot(self._further, around, "xyz"[: values.size], _LINES)
+            plot.handle.order = 0.1  # below the choice
+            plot.history.add(item.time, *item.value)
 
     def send(self) -> None:
         """Send what is new to the browsers."""
         for plot in self.shown.values():
             plot.send()
 
-    def _plot(self, title: str, least: tuple[float, float], names: tuple[str, ...],
-              lines: tuple[Rgb, ...], order: float | None = None) -> Plot:
+    def _plot(self, title: str, least: tuple[float, float], names: Sequence[str],
+              lines: tuple[Rgb, ...]) -> Plot:
         """Return a plot of some curves; one of other curves is replaced."""
         plot = self.shown.get(title)
         if plot is None or plot.names != names:
             if plot is not None:
                 plot.handle.remove()
             with self._folder:
-                plot = self.shown[title] = Plot(self._gui, title, least, names, lines, order)
+                plot = self.shown[title] = Plot(self._gui, title, least, names, lines)
         return plot
 
 

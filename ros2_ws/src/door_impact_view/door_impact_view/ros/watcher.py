@@ -6,7 +6,6 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -92,7 +91,7 @@ class Watcher:
             for kind, topic, qos in _TOPICS:
                 inbox = self._inbox[topic] = deque(maxlen=qos.depth)
                 self._subscriptions.append(self._node.create_subscription(
-                    kind, topic, partial(_store, inbox), qos, raw=True))
+                    kind, topic, lambda data, to=inbox: to.append(data), qos, raw=True))
             return
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
@@ -232,10 +231,6 @@ def plan_summary(message: Any) -> PlanSummary:
     )
     margins = tuple((item.phase, float(item.margin)) for item in message.zmp_margins)
     return PlanSummary(rows, margins, tuple(message.warnings))
-
-
-def _store(inbox: deque[Any], data: bytes) -> None:
-    inbox.append(data)
 
 
 def _order(topic: str, ending: str) -> Name:

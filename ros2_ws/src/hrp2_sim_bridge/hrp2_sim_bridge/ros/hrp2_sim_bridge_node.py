@@ -48,7 +48,6 @@ _LONGEST_LAG = 0.02  # largest delay that is made up for: in a hurry, nodes woul
 _AHEAD = 0.05  # by how much the simulation is ahead of the node that moves its robot at most [s]
 _PATIENCE = 0.5  # real time for which it waits for it [s]
 _LOOK = 0.001  # real time between two looks meanwhile [s]
-PAUSE = "sim/pause"  # service
 _SHUT = math.radians(0.2)  # angle up to which the door counts as shut [rad]
 
 
@@ -145,7 +144,7 @@ class SimBridge(GuardedNode):
             Header, "sim/handled", lambda message: self._company.handled(seconds(message.stamp)),
             QUEUE)
         self.create_service(Trigger, "sim/reset", self._on_reset)
-        self.create_service(SetBool, PAUSE, self._on_pause)
+        self.create_service(SetBool, "sim/pause", self._on_pause)
         self.create_service(Trigger, "sim/step", self._on_step)
         self.create_service(PushDoor, "sim/push_door", self._on_push)
         self.create_service(PushRobot, "sim/push_robot", self._on_push_robot)
@@ -261,15 +260,14 @@ class SimBridge(GuardedNode):
 
     def _on_pause(self, request: Any, response: Any) -> Any:
         self._pause(request.data)
-        response.message = f"{'paused' if request.data else 'goes on'} at {self.world.time:.3f} s"
-        response.success = True
+        response.success, response.message = True, f"now at {self.world.time:.3f} s"
         return response
 
     def _on_step(self, _: Any, response: Any) -> Any:
-        response.success = self._left < math.inf
-        response.message = (f"steps by {1e3 * TICK:g} ms" if response.success else
-                            f"the simulation is not paused: call {PAUSE} first")
         self._left += 1.0
+        response.success = self._left < math.inf
+        response.message = (f"goes on by {1e3 * TICK:g} ms" if response.success else
+                            "the simulation is not paused: call sim/pause first")
         return response
 
     def _on_reset(self, _: Any, response: Any) -> Any:
