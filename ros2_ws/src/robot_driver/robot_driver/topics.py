@@ -21,9 +21,9 @@ from humanoid_motion.mirror import Straight
 from humanoid_motion.robot_model import RobotModel
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Header
+from std_msgs.msg import Bool, Header
 
 from robot_driver.freshness import Freshness
 from robot_driver.inputs import Inputs
@@ -43,6 +43,7 @@ from robot_driver.names import (
     HANDLED,
     IMU,
     JOINTS,
+    PAUSED,
     TRAJECTORY,
     WRENCHES,
 )
@@ -190,8 +191,8 @@ class RobotTopics(SensorTopics):
     """Passes the messages about robot and door to a motion, and watches over them.
 
     A motion ends where its topics fall silent, by the robot's clock or by the computer's steady
-    clock, because a simulation that dies takes the robot's clock with it. It ends, too, where the
-    program fails or the robot's clock goes back.
+    clock, because a simulation that dies takes the robot's clock with it; one that says that it is
+    paused is not silent. It ends, too, where the program fails or the robot's clock goes back.
 
     Args:
         node: Node that subscribes.
@@ -204,6 +205,7 @@ class RobotTopics(SensorTopics):
     Attributes:
         freshness: Age of the last messages by the robot's clock.
         zmp: Stamp [s] and place in odom, (2,) [m], of the last ZMP; None before the first one.
+        awake: Time by the computer's steady clock, without pauses of a simulation [s].
     """
 
     def __init__(
@@ -213,11 +215,11 @@ class RobotTopics(SensorTopics):
         sight: Straight | None = None,
     ) -> None:
         self._robot = robot
-        self.freshness, silence = (
+        self.freshness, self._silence = (
             Freshness((JOINTS, IMU, DOOR, HAND), parameters.number(name), WATCH_PERIOD,
                       optional=[HAND]) for name in ("stale_after", "silent_after"))
         super().__init__(
-            node, robot.joint_names, Inputs(joint_ranges(robot), self.freshness, silence),
+            node, robot.joint_names, Inputs(joint_ranges(robot), self.freshness, self._silence),
             self._sent, sight=sight)
         self._send = after
         self.zmp: tuple[float, Array] | None = None
@@ -227,9 +229,12 @@ class RobotTopics(SensorTopics):
         self._handled = node.create_publisher(Header, HANDLED, _QUEUE)
         self._told = -math.inf  # stamp that was told there last [s]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.awake, self._paused = 0.0, False
+        node.create_subscription(Bool, PAUSED, self._on_paused, QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(WATCH_PERIOD, partial(self._watch, self.freshness))
-        node.create_timer(WATCH_PERIOD, partial(self._watch, silence), clock=steady)
+        node.create_timer(WATCH_PERIOD, self._tick, clock=steady)
         node.create_timer(DIAGNOSTICS_PERIOD, self._report, clock=steady)
 
     def start(self) -> None:
@@ -288,6 +293,15 @@ class RobotTopics(SensorTopics):
     def _on_zmp(self, message: PointStamped) -> None:
         place = self._sight.message(message).point
         self.zmp = (seconds(message.header.stamp), np.array([place.x, place.y]))
+
+    def _on_paused(self, message: Bool) -> None:
+        self._paused = message.data
+
+    def _tick(self) -> None:
+        """Count the computer's time, but for the pauses of a simulation that runs."""
+        if not (self._paused and self._node.count_publishers(PAUSED)):
+            self.awake += WATCH_PERIOD
+            self._watch(self._silence)
 
     def _watch(self, watch: Freshness) -> None:
         """End a motion if messages about robot or door do not arrive any more."""

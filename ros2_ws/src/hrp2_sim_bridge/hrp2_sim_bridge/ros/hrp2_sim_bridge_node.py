@@ -26,8 +26,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from robot_driver.errors import TrajectoryRefusedError
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Header, String
-from std_srvs.srv import Trigger
+from std_msgs.msg import Bool, Header, String
+from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
 from hrp2_sim_bridge.control.servo import Servo
@@ -143,6 +143,7 @@ class SimBridge(GuardedNode):
         self._fall_reported = False
         self._ticks = 0
         self._make_publishers()
+        self._pause(False)
         if self.world.settings.servo:
             self.create_subscription(JointState, "sim/joint_commands", self._on_command, QUEUE)
         else:
@@ -153,6 +154,8 @@ class SimBridge(GuardedNode):
             Header, "sim/handled", lambda message: self._company.handled(seconds(message.stamp)),
             QUEUE)
         self.create_service(Trigger, "sim/reset", self._on_reset)
+        self.create_service(SetBool, "sim/pause", self._on_pause)
+        self.create_service(Trigger, "sim/step", self._on_step)
         self.create_service(PushDoor, "sim/push_door", self._on_push)
         self.create_service(PushRobot, "sim/push_robot", self._on_push_robot)
         self.create_service(Trigger, "~/stop", self._on_stop)
@@ -170,6 +173,7 @@ class SimBridge(GuardedNode):
             self.create_publisher(WrenchStamped, f"{side}_{end}/wrench", QUEUE)
             for end in ends for side in SIDES]
         self._counts = self.create_publisher(EncoderSamples, "door_encoder/counts", QUEUE)
+        self._paused = self.create_publisher(Bool, "sim/paused", latched)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
         if not self.world.settings.servo:  # that of ros2_control has tags
             self._description = self.create_publisher(String, "robot_description", latched)
@@ -188,9 +192,11 @@ class SimBridge(GuardedNode):
             with executor_of(self) as executor:
                 while rclpy.ok():
                     self._publish(self.world.step())
+                    self._left -= 1.0
                     self._pacer.advance(TICK)
                     spin_for(executor, self._pacer.wait())
-                    while rclpy.ok() and (self._company.waits(self.world.time)
+                    while rclpy.ok() and (self._left < 1.0
+                                          or self._company.waits(self.world.time)
                                           or self._controller.waits(self.world.time)):
                         spin_for(executor, _LOOK)
         finally:
@@ -202,7 +208,8 @@ class SimBridge(GuardedNode):
     def _publish(self, sample: TickSample) -> None:
         now, messages = self._now_ns(), self._messages
         messages.fill(now, sample)
-        if self.world.settings.servo or self._ticks % CLOCK_TICKS == 0:
+        if (self.world.settings.servo or self._left < math.inf
+                or self._ticks % CLOCK_TICKS == 0):
             self._clock_topic.publish(Clock(clock=messages.stamp))
         self._joints.publish(messages.joints)
         for publisher, message in zip(self._wrenches, messages.wrenches, strict=True):
@@ -270,8 +277,26 @@ class SimBridge(GuardedNode):
         response.success, response.message = True, "braking, then holding still"
         return response
 
+    def _pause(self, paused: bool) -> None:
+        """Let time stand still, or go on; who watches over silence is told that it is no fault."""
+        self._left = 0.0 if paused else math.inf  # ticks that may be made
+        self._paused.publish(Bool(data=paused))
+
+    def _on_pause(self, request: Any, response: Any) -> Any:
+        self._pause(request.data)
+        response.success, response.message = True, f"now at {self.world.time:.3f} s"
+        return response
+
+    def _on_step(self, _: Any, response: Any) -> Any:
+        self._left += 1.0
+        response.success = self._left < math.inf
+        response.message = (f"goes on by {1e3 * TICK:g} ms" if response.success else
+                            "the simulation is not paused: call sim/pause first")
+        return response
+
     def _on_reset(self, _: Any, response: Any) -> Any:
         self.world.reset()
+        self._pause(False)
         self._company.leave()
         self._controller.leave()
         self._encoder.restart()  # the door is shut, so that door_encoder can take its zero again

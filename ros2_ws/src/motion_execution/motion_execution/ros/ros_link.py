@@ -123,8 +123,8 @@ class RosLink(Link):
         return self._topics.now()
 
     def clock(self) -> float:
-        """Return the time of the computer's steady clock [s]."""
-        return time.monotonic()
+        """Return the time of the computer's steady clock, without pauses of a simulation [s]."""
+        return self._topics.awake
 
     def listen(self, *, on: bool) -> None:
         """Subscribe to the robot's topics, or end that."""
