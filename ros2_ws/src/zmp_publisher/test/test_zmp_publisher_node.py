@@ -10,6 +10,7 @@ from geometry_msgs.msg import WrenchStamped
 from hrp2_description.robot import load_robot_config
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
+from std_srvs.srv import Trigger
 from zmp_publisher.zmp_publisher_node import ZmpPublisher
 
 ROBOT = load_robot_config()
@@ -100,6 +101,20 @@ def test_without_load_there_is_no_zmp_but_the_transforms_go_on(node):
     assert len(node.sent["zmp"]) == 1
     assert len(node.sent["tf"]) == 11
     assert _status(node)[0].level == DiagnosticStatus.WARN
+
+
+def test_the_feet_of_a_robot_that_hangs_are_tared_and_those_that_bear_it_are_not(node):
+    for step in range(70):
+        _feed(node, step * PERIOD)
+    answer = node._on_tare(None, Trigger.Response())
+    assert not answer.success
+    assert "no foot is in the air: let the robot hang" in answer.message
+    for step in range(70, 140):
+        _feed(node, step * PERIOD, 45.0, -3.0, 0.5)
+    answer = node._on_tare(None, Trigger.Response())
+    assert answer.success
+    assert answer.message == ("left_foot_offset: [0.0, 0.0, 45.0, 0.0, 0.5, 0.0]\n"
+                              "right_foot_offset: [0.0, 0.0, -3.0, 0.0, 0.0, 0.0]")
 
 
 def test_transforms_are_a_tree_at_the_tf_rate(node):
