@@ -192,9 +192,10 @@ class ZmpPublisher(GuardedNode, Motion):
         wrong = [f"{side} foot: {each}" for side, each in found.items() if isinstance(each, str)]
         response.success = bool(sides) and not wrong
         response.message = "; ".join(wrong) or "\n".join(
-            f"{side}_foot_offset: {np.round(each, 3).tolist()}" for side, each in found.items()
-        ) or ("no foot is in the air: let the robot hang, so that its feet bear less than "
-              f"{100.0 * _HANGING:g} % of its weight, or lift a foot by {1e3 * LIFTED:g} mm")
+            f"{side}_foot_offset: {[round(float(value), 3) for value in each]}"
+            for side, each in found.items()) or (
+            "no foot is in the air: let the robot hang, so that its feet bear less than "
+            f"{100.0 * _HANGING:g} % of its weight, or lift a foot by {1e3 * LIFTED:g} mm")
         return response
 
     def _look_at_graph(self) -> None:
