@@ -17,6 +17,7 @@ present state; every command passes `_enter` on its way to the driver.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from door_impact_common.arrays import Array
 from humanoid_motion import samples
@@ -201,10 +202,10 @@ class Execution(Motion):
 
     def on_refusal(self, now: float, why: str) -> list[Command]:
         """Handle a command that the controller does not follow, for a reason in words."""
-        commands = self._enter(self._state.on_silence(now, why))
-        if self.outcome is Outcome.STOPPED:
-            self.outcome = Outcome.NOT_FOLLOWED
-        return commands
+        state, commands = self._state.on_silence(now, why)
+        if state.outcome is Outcome.STOPPED:
+            state = replace(state, outcome=Outcome.NOT_FOLLOWED)
+        return self._enter(Reaction(state, commands))
 
     def on_failure(self, now: float, error: Exception) -> list[Command]:
         """Handle an error of the program: stop the driver if the robot keeps its balance.

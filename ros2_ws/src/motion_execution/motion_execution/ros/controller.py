@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -26,6 +27,7 @@ PARAMETERS = {
     "interface": ("topic", "topic or action: by which of the two the controller gets them"),
 }
 _QUEUE = 50
+_OLDEST = 0.5  # longest time without a word of the controller before a motion [s]
 
 
 class Controller:
@@ -53,9 +55,9 @@ class Controller:
         self._follows, self._refused = follows, refused
         self._name, interface = given.text("controller"), given.choice(
             "interface", ("topic", "action"))
-        self._topic = self._action = self._state = None
+        self._topic = self._action = None
         self._latest = 0  # number of the last goal
-        self.heard = not self._name  # whether the controller has said what it follows
+        self._said = -math.inf  # when the controller has told what it follows [s]
         if not self._name:
             self._topic = node.create_publisher(JointTrajectory, TRAJECTORY, 10)
             return
@@ -65,29 +67,23 @@ class Controller:
         except ImportError as error:
             raise SettingError("controller", self._name, "empty where the package control_msgs of "
                                "ros2_control is not installed") from error
-        self._goal_type, self._state_type = (
-            FollowJointTrajectory, JointTrajectoryControllerState)
+        self._goal = FollowJointTrajectory.Goal
+        node.create_subscription(JointTrajectoryControllerState, f"{self._name}/controller_state",
+                                 self._on_state, _QUEUE)
         if interface == "action":
             self._action = ActionClient(
-                node, self._goal_type, f"{self._name}/follow_joint_trajectory")
+                node, FollowJointTrajectory, f"{self._name}/follow_joint_trajectory")
         else:
             self._topic = node.create_publisher(
                 JointTrajectory, f"{self._name}/joint_trajectory", 10)
 
-    def listen(self, *, on: bool) -> None:
-        """Subscribe to what the controller says that it follows, or end that."""
-        if self._name and on:
-            self._state = self._node.create_subscription(
-                self._state_type, f"{self._name}/controller_state", self._on_state, _QUEUE)
-        elif self._state is not None:
-            self._node.destroy_subscription(self._state)
-            self._state, self.heard = None, False
-
     @property
     def silence(self) -> str:
         """Why no motion can begin; empty if one can."""
-        return "" if self.heard else (
-            f"no message has arrived on {self._name}/controller_state: is the controller active?")
+        age = self._now() - self._said
+        return "" if not self._name or age <= _OLDEST else (
+            f"no message has arrived on {self._name}/controller_state"
+            + (f" for {age:.2f} s" if age < math.inf else "") + ": is the controller active?")
 
     def send(self, message: JointTrajectory) -> None:
         """Send a trajectory; one of the action takes the place of that before it."""
@@ -99,7 +95,7 @@ class Controller:
         if not self._action.server_is_ready():
             self._refused(f"nobody serves {self._name}/follow_joint_trajectory")
             return
-        self._action.send_goal_async(self._goal_type.Goal(trajectory=message)).add_done_callback(
+        self._action.send_goal_async(self._goal(trajectory=message)).add_done_callback(
             partial(self._answered, self._latest))
 
     def _answered(self, number: int, future: Any) -> None:
@@ -117,9 +113,12 @@ class Controller:
                           f"{answer.result.error_string} (code {answer.result.error_code})")
 
     def _on_state(self, message: Any) -> None:
-        self.heard, point = True, message.reference
+        self._said, point = self._now(), message.reference
         state = joint_arrays(self._sight.message(JointState(
             name=list(message.joint_names), position=point.positions,
             velocity=point.velocities or np.zeros(len(point.positions)))), self._names)
         if state is not None:
             self._follows(seconds(message.header.stamp), state[0])
+
+    def _now(self) -> float:
+        return float(1e-9 * self._node.get_clock().now().nanoseconds)

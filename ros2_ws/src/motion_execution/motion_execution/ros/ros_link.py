@@ -129,7 +129,6 @@ class RosLink(Link):
     def listen(self, *, on: bool) -> None:
         """Subscribe to the robot's topics, or end that."""
         (self._topics.start if on else self._topics.stop)()
-        self._controller.listen(on=on)
 
     def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
         """Return why no motion with topics can begin; None if one can."""

@@ -79,8 +79,8 @@ def test_only_the_last_trajectorys_bad_end_is_told_in_the_controllers_words(rig:
     assert not rig.refused
 
 
-def test_no_motion_begins_before_the_controller_says_what_it_follows(rig: Rig) -> None:
-    rig.controller.listen(on=True)
+def test_no_motion_begins_unless_the_controller_says_what_it_follows(
+        rig: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     assert f"{NAME}/controller_state: is the controller active" in rig.controller.silence
     state = JointTrajectoryControllerState(joint_names=["b", "a"])
     state.header.stamp.sec, state.reference = 7, JointTrajectoryPoint(positions=[0.2, 0.1])
@@ -91,5 +91,7 @@ def test_no_motion_begins_before_the_controller_says_what_it_follows(rig: Rig) -
 
     rig.spin(heard)
     assert rig.controller.silence == ""
+    monkeypatch.setattr(rig.controller, "_said", rig.controller._said - 0.7)
+    assert "controller_state for 0.7" in rig.controller.silence
     assert rig.followed[0][0] == 7.0
     np.testing.assert_array_equal(rig.followed[0][1], [0.1, 0.2])
