@@ -19,7 +19,9 @@ SOURCE = Path(__file__).resolve().parent / "src"
 PREFIX = Path(sys.prefix)
 BUILT = PREFIX / "ros2_ws"
 OLDEST, NEWEST = (3, 11), (3, 14)  # Pythons for which there are wheels of everything
-DEFINITIONS = {"tf2_msgs": ["TFMessage"]}  # packages of messages that PyPI lacks: their messages
+# Packages of messages that PyPI lacks, with the package that they need; `definitions` has those of
+# ros2_control, rosbags that of tf2_msgs.
+DEFINITIONS = {"tf2_msgs": "geometry_msgs", "control_msgs": "trajectory_msgs"}
 PATHS = ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "PYTHONPATH")
 
 PACKAGE_XML = """<package format="3">
@@ -30,7 +32,8 @@ PACKAGE_XML = """<package format="3">
   <license>BSD</license>
   <buildtool_depend>ament_cmake</buildtool_depend>
   <buildtool_depend>rosidl_default_generators</buildtool_depend>
-  <depend>geometry_msgs</depend>
+  <depend>action_msgs</depend>
+  <depend>{depend}</depend>
   <exec_depend>rosidl_default_runtime</exec_depend>
   <member_of_group>rosidl_interface_packages</member_of_group>
   <export><build_type>ament_cmake</build_type></export>
@@ -38,9 +41,10 @@ PACKAGE_XML = """<package format="3">
 """
 CMAKE_LISTS = """cmake_minimum_required(VERSION 3.8)
 project({name})
-find_package(geometry_msgs REQUIRED)
+find_package(action_msgs REQUIRED)
+find_package({depend} REQUIRED)
 find_package(rosidl_default_generators REQUIRED)
-rosidl_generate_interfaces(${{PROJECT_NAME}} {files} DEPENDENCIES geometry_msgs)
+rosidl_generate_interfaces(${{PROJECT_NAME}} {files} DEPENDENCIES {depend} action_msgs)
 ament_package()
 """
 ACTIVATION = """# ROS 2 of this environment and its workspace, for bin/activate (ros2_ws/wheels.py).
@@ -88,19 +92,23 @@ def repair() -> None:
 
 
 def write_definitions() -> None:
-    """Write the packages of messages that PyPI lacks, from the definitions of rosbags."""
+    """Write the packages of messages that PyPI lacks."""
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_JAZZY)
-    for name, messages in DEFINITIONS.items():
+    for name, depend in DEFINITIONS.items():
         folder = BUILT / "src" / name
-        (folder / "msg").mkdir(parents=True, exist_ok=True)
-        for message in messages:
-            text, _ = store.generate_msgdef(f"{name}/msg/{message}", ros_version=2)
-            (folder / "msg" / f"{message}.msg").write_text(text.split("=" * 20)[0])
-        files = " ".join(f"msg/{message}.msg" for message in messages)
-        (folder / "package.xml").write_text(PACKAGE_XML.format(name=name))
-        (folder / "CMakeLists.txt").write_text(CMAKE_LISTS.format(name=name, files=files))
+        if (known := SOURCE.parent / "definitions" / name).exists():
+            shutil.copytree(known, folder, dirs_exist_ok=True)
+        else:
+            (folder / "msg").mkdir(parents=True, exist_ok=True)
+            text, _ = store.generate_msgdef(f"{name}/msg/TFMessage", ros_version=2)
+            (folder / "msg" / "TFMessage.msg").write_text(text.split("=" * 20)[0])
+        files = " ".join(str(path.relative_to(folder)) for kind in ("msg", "action")
+                         for path in sorted(folder.glob(f"{kind}/*")))
+        (folder / "package.xml").write_text(PACKAGE_XML.format(name=name, depend=depend))
+        (folder / "CMakeLists.txt").write_text(
+            CMAKE_LISTS.format(name=name, depend=depend, files=files))
 
 
 def environment() -> dict[str, str]:

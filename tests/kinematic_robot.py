@@ -1,9 +1,9 @@
 """A robot and a door without a physics engine: the kinematic double of a driver.
 
-The joints follow their reference exactly, and the left sole is fixed to the floor. The door obeys
-eq. (1). When the elbow reaches the leaf, the door receives the momentum of eq. (2) for a given
-effective mass and coefficient of restitution; the floor provides the impulse that the elbow
-transfers. Afterwards the leaf lies against the hand.
+A stock controller (controller_double.py) moves the joints exactly, and the left sole is fixed to
+the floor. The door obeys eq. (1). When the elbow reaches the leaf, the door receives the momentum
+of eq. (2) for a given effective mass and coefficient of restitution; the floor provides the impulse
+that the elbow transfers. Afterwards the leaf lies against the hand.
 """
 
 import math
@@ -11,32 +11,31 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from controller_double import ControllerDouble
 from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import DoorImpactError
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import ImuSample
-from humanoid_motion.spline import Spline
 from reference_door import ReferenceDoor
+from robot_driver.trajectory_checks import JointLimits
 
 TICK = 0.005    # period of the measurements [s]
 SAMPLE = 0.001  # period of the door's encoder [s]
 COUNTS_PER_TURN, COUNTER = 14400, 2**16
 CLOSED_COUNT = 65500  # count at the closed door
 UPWARDS = np.array([0.0, 0.0, GRAVITY])  # reading of an accelerometer at rest, in the world [m/s^2]
-SLACK = 1e-6         # rounding error of a point that was planned on a limit [rad]
-STOP_TIME = 0.15     # duration of the braking after an empty trajectory [s]
 HAND_RADIUS = 0.05   # radius of r_gripper's collision sphere [m]
 LIFTED = 5e-4        # height above which a sole bears no load [m]
 
 
 class RefusedError(DoorImpactError):
-    """A trajectory was refused."""
+    """The controller has refused a trajectory."""
 
 
 class KinematicRobot(Driver):
-    """A robot whose joints follow their reference exactly, and the door that it hits.
+    """A robot whose joints follow their controller exactly, and the door that it hits.
 
     Args:
         leaf: The door.
@@ -51,7 +50,10 @@ class KinematicRobot(Driver):
         self._left = pin.SE3.Identity()  # of the left sole in odom, which is midway between both
         left, right = self._place(self.config.half_sitting)[1][:2]
         self._left = pin.SE3(np.eye(3), (left.translation - right.translation) / 2.0)
-        self._reference = Spline(np.zeros(1), self.config.half_sitting[None])
+        config = self.config
+        self._controller = ControllerDouble(JointLimits(
+            config.joint_names, config.lower, config.upper, config.velocity_limit),
+            config.half_sitting)
         self._steps = 0
         self._push = (0.0, 0.0, 1.0)  # impulse [N m s], start and duration [s]
 
@@ -64,47 +66,25 @@ class KinematicRobot(Driver):
         """Push the door by hand, beginning now: the torque is half a sine [N m s, s]."""
         self._push = (impulse, self.time, duration)
 
-    def stop(self) -> None:
-        """Brake every joint and hold still."""
-        now, still = self._reference.sample(self.time), np.zeros(len(self.config.joint_names))
-        end = now.position + now.velocity * STOP_TIME / 2.0 + now.acceleration * STOP_TIME**2 / 12.0
-        self._reference = Spline(
-            np.array([self.time, self.time + STOP_TIME]), np.array([now.position, end]),
-            np.array([now.velocity, still]), np.array([now.acceleration, still]))
-
     def follow(self, trajectory: TrajectoryArrays, stamp: float) -> None:
-        """Accept a trajectory, or refuse it as a whole.
+        """Let the controller take a trajectory, or raise `RefusedError` with its words."""
+        known = len(self._controller.rejected)
+        self._controller.accept(trajectory, stamp, self.time)
+        for words in self._controller.rejected[known:]:
+            raise RefusedError(words)
 
-        Raises:
-            RefusedError: The trajectory has other joints, is over, violates a limit, or jumps.
-        """
-        if trajectory.is_stop:
-            self.stop()
-            return
-        config, given = self.config, list(trajectory.joint_names)
-        times = (stamp or self.time) + np.array(trajectory.times)
-        if sorted(given) != sorted(config.joint_names) or times[-1] <= self.time:
-            raise RefusedError("the trajectory has other joints or is over")
-        order = [given.index(name) for name in config.joint_names]
-        levels = [np.array(rows)[:, order] for rows in (
-            trajectory.positions, trajectory.velocities, trajectory.accelerations)
-            if any(map(len, rows))]
-        due, now = times > self.time, self._reference.sample(self.time)
-        inside = (levels[0] >= config.lower - SLACK) & (levels[0] <= config.upper + SLACK)
-        way, soon = np.abs(levels[0][due][0] - now.position), max(times[due][0] - self.time, TICK)
-        if not inside.all() or (way > 1.1 * config.velocity_limit * soon).any():
-            raise RefusedError("the trajectory violates a limit or jumps")
-        present = (now.position, now.velocity, now.acceleration)
-        self._reference = Spline(np.array([self.time, *times[due]]), *(
-            np.vstack([first, rows[due]]) for first, rows in zip(present, levels, strict=False)))
+    def stop(self) -> None:
+        """Hold still."""
+        self._controller.stop(self.time)
 
     def step(self) -> TickSample:
         """Advance by a tick of 5 ms; return what was measured by its end."""
         before = self.leaf.impulse
+        self._controller.positions(np.array([self.time]))
         counts = tuple(self._step() for _ in range(round(TICK / SAMPLE)))
         # The base's velocity and acceleration are differences.
         (q0, _), (q, frames), (q1, _) = (
-            self._place(self._reference.sample(self.time + off).position)
+            self._place(self._controller.sample(self.time + off).position)
             for off in (-TICK, 0.0, TICK))
         one = pin.difference(self._model.model, q0, q) / TICK
         two = pin.difference(self._model.model, q, q1) / TICK
@@ -116,7 +96,7 @@ class KinematicRobot(Driver):
             wrench[1] -= (self.leaf.impulse - before) / TICK / 2.0  # towards the door
         up = pin.XYZQUATToSE3(q[:7]).rotation.T @ UPWARDS
         imu = ImuSample(q[3:7], v[3:6], a[:3] + np.cross(v[3:6], v[:3]) + up)
-        now = self._reference.sample(self.time)
+        now = self._controller.sample(self.time)
         unknown = np.full(len(now.position), math.nan)
         return TickSample(self.time, now.position, now.velocity, unknown, left, right, imu, counts)
 
@@ -126,7 +106,7 @@ class KinematicRobot(Driver):
         impulse, start, length = self._push
         x = (self.time - start) / length
         torque = impulse * math.pi / (2.0 * length) * math.sin(math.pi * x) if x < 1.0 else 0.0
-        frames = self._place(self._reference.sample(self.time).position)[1]
+        frames = self._place(self._controller.sample(self.time).position)[1]
         self.leaf.step(SAMPLE, torque, (frames[2].translation, self.config.contact_radius),
                        (frames[3].translation, HAND_RADIUS))
         turn = self.leaf.angle / (2.0 * math.pi)

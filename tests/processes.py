@@ -1,10 +1,8 @@
 """Processes that the tests start, found again and ended whatever becomes of their parents."""
 
 import os
-import shutil
 import signal
 import subprocess
-import sys
 import time
 import uuid
 from collections.abc import Iterator, Mapping
@@ -12,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
+from door_impact_bringup.graph import find_ros2
 
 GUARD = 600.0  # [s] of wall time after which something hangs; nothing is asserted on it
 MARK = "HRP2_TEST_PROCESS"  # in the environment of every process that the tests start
@@ -23,14 +22,6 @@ def environments() -> Iterator[tuple[int, dict[str, str]]]:
         with suppress(OSError):
             pairs = path.read_bytes().decode("utf-8", "replace").split("\0")
             yield int(path.parent.name), dict(p.split("=", 1) for p in pairs if "=" in p)
-
-
-def find_ros2() -> str:
-    """The ros2 command beside this interpreter, or the one on the path."""
-    beside = Path(sys.executable).parent / "ros2"
-    found = str(beside) if beside.exists() else shutil.which("ros2")
-    assert found, "no ros2 command: run `make setup`, or source ROS 2"
-    return found
 
 
 def parameters() -> str:

@@ -8,6 +8,7 @@ from door_impact_evaluation.run.driver_link import DriverLink
 from door_impact_evaluation.run.rehearsal import planned
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
+from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.settings import configured_placement
@@ -57,6 +58,26 @@ def test_a_hit_opens_the_door_and_nothing_else_begins_meanwhile(link: DriverLink
     assert not link.refused
 
 
+def test_a_controller_that_is_activated_anew_ends_the_hit_standing(link: DriverLink) -> None:
+    """It holds what it measures, and says so; the trajectory under way is not taken up again."""
+    plan = link.plan_hit(HitRequest(math.radians(25.0), "hold", "", -1.0, -1.0)).result()
+    held: list[np.ndarray] = []
+
+    def activate(sample: TickSample) -> None:
+        motion = link.mission.body.motion
+        if held or (motion is not None and motion.phase == "shift" and sample.velocity.any()):
+            if not held:
+                held.append(sample.position + 0.02)
+                link.driver._controller.reset(held[0], sample.time)
+            link.mission.body.follows(sample.time, held[0])
+
+    link.watches.append(activate)
+    hit = link.run(link.mission.hit(plan, Order(HIT)), LONGEST)
+    assert hit.outcome is Outcome.NOT_FOLLOWED
+    assert "was it activated anew" in hit.reason
+    np.testing.assert_allclose(link.inputs.joints[1], held[0], atol=1e-9)
+
+
 def test_a_walk_after_a_hit_folds_the_arm_and_lets_the_leaf_go(link: DriverLink) -> None:
     """The robot arrives in half-sitting, and the door is shut; through it no way leads."""
     plan = link.plan_hit(HitRequest(math.radians(25.0), "hold", "", -1.0, -1.0)).result()
@@ -86,7 +107,7 @@ def test_a_walk_goes_on_after_a_bad_newer_goal_and_is_stopped_standing(link: Dri
         link.step()
     assert walk.result().outcome is Outcome.STOPPED
     assert walk.result().steps_made(math.inf) < 2
-    assert link.mission.stop() == ""
+    assert link.mission.stop() == "nothing is being executed"
     link.mission.body.inputs.tilt = 1.5
     with pytest.raises(NotReady, match=r"the robot fell: .* 85\.9 deg, .*sim/reset"):
         link.mission.body.require_messages(())

@@ -57,7 +57,7 @@ def run(page: str, folder: Path, environment: dict[str, str]) -> None:
 def first_missing(shown: str, output: str) -> str | None:
     """The first of the lines that an output does not have behind those before it; None for none.
 
-    A line agrees if its words do, and its numbers to 5 % or one unit of their last digit.
+    A line agrees if its words do, and its numbers to one unit of the last digit shown.
     """
     left = iter(output.splitlines())
     for line in filter(str.strip, shown.splitlines()):
@@ -70,7 +70,5 @@ def _agree(line: str, found: str) -> bool:
     if _NUMBER.sub("0", line).split() != _NUMBER.sub("0", found).split():
         return False
     pairs = zip(_NUMBER.findall(line), _NUMBER.findall(found), strict=True)
-    return all(
-        abs(float(one) - float(other)) <= max(
-            0.05 * abs(float(one)), 10.0 ** -len(one.partition(".")[2]))
-        for one, other in pairs)
+    return all(abs(float(one) - float(other)) < 1.01 * 10.0 ** -len(one.partition(".")[2])
+               for one, other in pairs)

@@ -98,21 +98,23 @@ def full_node_names(node: Node, hidden: bool = False) -> list[str]:
     )
 
 
-def add_list(verbs: Verbs, what: str, find: Callable[[Node], Named]) -> None:
+def add_list(verbs: Verbs, what: str, find: Callable[[Node], Named],
+             ends: Callable[[Node, Named], str] | None = None) -> None:
     """Add the verb `list`.
 
     Args:
         verbs: The verbs of the command.
         what: What it lists: `topics`, `services` or `actions`.
         find: Returns those that a node knows.
+        ends: Returns what `-v` prints of those that are listed; without it there is no `-v`.
     """
     def run(options: argparse.Namespace) -> None:
         with graph_node(options.spin_time) as node:
-            found = find(node)
-        shown = [pair for pair in found
-                 if options.hidden or not topic_or_service_is_hidden(pair[0])]
-        if options.count:
-            print(len(shown))
+            shown = [pair for pair in find(node)
+                     if options.hidden or not topic_or_service_is_hidden(pair[0])]
+            whole = ends(node, shown) if ends and options.verbose else None
+        if options.count or whole:
+            print(len(shown) if options.count else whole)
             return
         for name, types in shown:
             print(f"{name} [{', '.join(types)}]" if options.show_types else name)
@@ -122,6 +124,9 @@ def add_list(verbs: Verbs, what: str, find: Callable[[Node], Named]) -> None:
     parser.add_argument("-t", "--show-types", action="store_true", help="show types as well")
     parser.add_argument("-c", f"--count-{what}", dest="count", action="store_true",
                         help="show only the number")  # fmt: skip
+    if ends:
+        parser.add_argument("-v", "--verbose", action="store_true",
+                            help="show how many nodes publish and subscribe to each")  # fmt: skip
     parser.add_argument(f"--include-hidden-{what}", dest="hidden", action="store_true",
                         help="show names that begin with _ as well")  # fmt: skip
 

@@ -33,6 +33,17 @@ def _topics(node: Node) -> Named:
     return list(node.get_topic_names_and_types())
 
 
+def _ends(node: Node, topics: Named) -> str:
+    """Return how many publish and how many subscribe to each topic."""
+    lines = []
+    for title, end, count_of in (("Published", "publisher", node.count_publishers),
+                                 ("Subscribed", "subscriber", node.count_subscribers)):
+        lines += [f"{title} topics:", *(
+            f" * {name} [{', '.join(types)}] {number} {end}{'s' * (number > 1)}"
+            for name, types in topics if (number := count_of(name))), ""]
+    return "\n".join(lines)
+
+
 def _info(options: argparse.Namespace) -> None:
     """Print a topic's type and who publishes and subscribes to it."""
     name = options.topic_name
@@ -213,7 +224,7 @@ def _define_pub(verb: argparse.ArgumentParser) -> None:
 def define(parser: argparse.ArgumentParser) -> None:
     """Add the verbs to the command's parser."""
     verbs = Verbs(parser)
-    add_list(verbs, "topics", _topics)
+    add_list(verbs, "topics", _topics, _ends)
     add_type(verbs, "topic", _topics)
     info = verbs.add("info", _info)
     add_discovery(info)

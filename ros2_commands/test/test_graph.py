@@ -18,7 +18,7 @@ ACTION = "door_impact_msgs/action/Walk"
 
 
 QUESTIONS = (
-    "topic list -t", "node list", "service list -t", "action list -t", "topic info -v /arm/kept",
+    "topic list -v", "node list", "service list -t", "action list -t", "topic info -v /arm/kept",
     "action info -t /arm/walk", "node info /arm/demo", "service type /arm/flip",
     "topic echo --once /arm/kept", "topic echo --once --field orientation /arm/imu",
     "param list /arm/demo", "param get arm/demo gain", "param dump /arm/demo",
@@ -45,7 +45,10 @@ def test_what_there_is_is_listed(answers: dict[str, Done]) -> None:
     topics, nodes, services, actions, info, ends, node, kind = outputs(
         [answers[question] for question in QUESTIONS[:8]]
     )
-    assert "/arm/kept [std_msgs/msg/String]\n" in topics
+    published, _, subscribed = topics.partition("\n\nSubscribed topics:\n")
+    assert published.startswith("Published topics:\n * ")
+    assert " * /arm/kept [std_msgs/msg/String] 1 publisher\n" in published
+    assert " * /arm/say [std_msgs/msg/Float64MultiArray] 1 subscriber\n" in subscribed
     assert "/arm/walk/_action/feedback" not in topics
     assert "/arm/demo\n" in nodes
     assert "_ros2cli" not in nodes

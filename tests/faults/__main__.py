@@ -1,7 +1,8 @@
 """Draws faults and prints the verdict of each: `make faults N=200 SEED=22`.
 
 N faults of any kind happen in a hit, N things that people do or silent topics in a passage, and N
-deaths of the part that moves the robot and N silences of the driver in a hit, a walk and a passage.
+deaths of the part that moves the robot, N stops and N silences of the driver in a hit, a walk and a
+passage. The joints follow the rules of ros2_control's controller (controller_double.py).
 """
 
 import argparse

@@ -141,7 +141,7 @@ def draw(seed: int, count: int) -> list[Fault]:
 
 
 def outages(motion: str, lasts: float, seed: int, count: int) -> list[Fault]:
-    """Deaths of the part that moves the robot, and silences of all of the driver's topics.
+    """Deaths of the part that moves the robot, stops, and silences of all of the driver's topics.
 
     Each happens at `count` random instants of a hit, or of another motion of a duration [s].
     """
@@ -151,7 +151,7 @@ def outages(motion: str, lasts: float, seed: int, count: int) -> list[Fault]:
         return _instant_of_hit(rng) if motion == HIT else float(rng.uniform(-lasts, 0.0))
 
     return [Fault(part, kind, instant(), SILENCE * (part == DRIVER), 0.0, number, motion)
-            for part, kind in ((SERVER, "killed"), (DRIVER, "silent"))
+            for part, kind in ((SERVER, "killed"), (SERVER, "asked to stop"), (DRIVER, "silent"))
             for number in range(count)]
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from controller_double import ControllerDouble
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_evaluation.run.driver_link import DriverLink, Message
 from door_model.door.config import load_door
@@ -84,6 +85,9 @@ class Rig(DriverLink):
         self.moves_until = 0.0  # end of the driver's last trajectory [s]
         self.world = World(config, door, FAR if motion == WALK else place["door_distance"],
                            place["hinge_x"], friction=friction)
+        # A stock controller follows whatever reaches it; ours would refuse some of it.
+        self.world.driver = ControllerDouble(self.world.driver.limits, self.world.commanded)
+        self.world.driver.reset(self.world.driver.sample(0.0).position, self.world.time)
         super().__init__(self.world, RobotModel(config), KnownDoor.configured(door))
         order, passed, mission = Order(motion), Passed(), self.mission
         if motion == HIT:

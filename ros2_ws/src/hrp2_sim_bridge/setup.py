@@ -10,7 +10,7 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
     ],
-    install_requires=["door_model", "humanoid_motion", "mujoco", "pydantic>=2"],
+    install_requires=["door_model", "humanoid_motion", "mujoco", "pydantic>=2", "robot_driver"],
     extras_require={"test": ["pytest", "hypothesis"]},
     zip_safe=False,
     maintainer="hrp2_door_impact maintainers",

@@ -20,8 +20,8 @@ class GraphError(DoorImpactError):
     """The nodes cannot be started."""
 
 
-def launch_command() -> list[str]:
-    """Return the words that start the nodes; launch arguments may follow.
+def find_ros2() -> str:
+    """Return the ros2 command beside this interpreter, or the one on the path.
 
     Raises:
         GraphError: The ros2 command was not found.
@@ -30,7 +30,12 @@ def launch_command() -> list[str]:
     command = str(own) if own.exists() else shutil.which("ros2")
     if command is None:
         raise GraphError("the ros2 command was not found: run `make setup`, or source ROS 2")
-    return [command, "launch", "door_impact_bringup", "bringup.launch.yaml"]
+    return command
+
+
+def launch_command() -> list[str]:
+    """Return the words that start the nodes; launch arguments may follow, errors of `find_ros2`."""
+    return [find_ros2(), "launch", "door_impact_bringup", "bringup.launch.yaml"]
 
 
 def refuse_running_graph() -> None:

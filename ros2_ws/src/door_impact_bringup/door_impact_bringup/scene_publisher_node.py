@@ -1,4 +1,4 @@
-"""Node ``scene_publisher``: publish the door for viewers, as URDF and transforms."""
+"""Node ``scene_publisher``: publish the door for viewers, and the robot for ros2_control."""
 
 import math
 import sys
@@ -6,6 +6,8 @@ import sys
 from door_impact_common.node import GuardedNode, run_node
 from door_impact_common.parameters import FRAME_PREFIX, Parameters
 from door_model.door.config import load_door
+from hrp2_description.robot import load_robot_config
+from hrp2_description.ros2_control import with_tags
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
@@ -19,6 +21,9 @@ PARAMETERS = {
     "door_distance": (
         math.nan, "distance from the origin of odom to the closed leaf's face, along -y [m]"),
     "hinge_x": (math.nan, "x of a hinge at the right in odom, -x of one at the left [m]"),
+    "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
+    "hardware": ("", "plugin of the robot's hardware in ros2_control: robot_description is then "
+                 "published with its tags; empty: that is the driver's"),
     "world_frame": ("odom", "name of the frame in which the door stands"),
     "frame_prefix": FRAME_PREFIX,
 }
@@ -48,6 +53,10 @@ class ScenePublisher(GuardedNode):
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._description = self.create_publisher(String, "door_description", latched)
         self._description.publish(String(data=urdf))
+        if hardware := parameters.text("hardware"):
+            robot = load_robot_config(parameters.text("robot_config") or None)
+            self._robot = self.create_publisher(String, "robot_description", latched)
+            self._robot.publish(String(data=with_tags(robot, hardware)))
         self._static = self.create_publisher(TFMessage, "/tf_static", latched)
         stamp = self.get_clock().now().to_msg()
         self._static.publish(transforms(stamp, [(world, self._base)], [frame]))

@@ -145,9 +145,12 @@ def test_parameters_and_frames_follow_the_namespace() -> None:
 
 
 def test_every_node_is_required_but_recorder_and_view() -> None:
-    """If a node ends, all end; without the recorder, as on a full disk, the others go on."""
+    """If a node ends, all end; without the recorder, as on a full disk, the others go on.
+
+    A spawner of controllers ends when it has done its work.
+    """
     nodes = launched("node")
     ends = {node["name"]: node.get("on_exit") for node in nodes}
-    assert len(ends) == 9
+    assert len(ends) == 12
     assert {name for name, action in ends.items() if action != "shutdown"} == {
-        "recorder", "door_impact_view"}
+        "recorder", "door_impact_view", "spawner", "sensor_spawner"}

@@ -23,7 +23,9 @@ def run_command(name: str, work: Callable[[], str]) -> int:
         0, or 1 after a DoorImpactError, which is printed in one line on stderr.
     """
     try:
-        print(work())
+        print(work(), flush=True)
+    except BrokenPipeError:  # the reader has ended, as in `... | head`; nor may the exit flush
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except DoorImpactError as error:
         print(f"{name}: {error}", file=sys.stderr)
         return 1
@@ -106,3 +108,21 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         partial.unlink(missing_ok=True)
         raise OutputError(
             f"{target} cannot be written: {error.strerror}", value=str(target)) from error
+
+
+def draw_into(path: Path, draw: Callable[[], None]) -> None:
+    """Draw a figure into a file.
+
+    Args:
+        path: File to write.
+        draw: Function that imports what it needs, and writes the figure.
+
+    Raises:
+        OutputError: The figure cannot be drawn.
+    """
+    try:
+        if path.is_dir() or not path.name:
+            raise IsADirectoryError("it is a folder")
+        draw()
+    except (OSError, ValueError, ImportError) as error:
+        raise OutputError(f"cannot draw {path}: {error}", value=str(path)) from error

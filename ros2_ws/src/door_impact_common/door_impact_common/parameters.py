@@ -62,8 +62,11 @@ class Parameters:
             raise SettingError(name, value, " or ".join(known))
         return value
 
-    def number(self, name: str, low: float = -math.inf, high: float = math.inf) -> float:
+    def number(self, name: str, low: float = -math.inf, high: float = math.inf, *,
+               unknown: bool = False) -> float:
         """Return a parameter that must be a finite number from `low` to `high`.
+
+        With `unknown` it may be NaN as well, which stands for what nobody knows.
 
         Raises:
             SettingError: The parameter is not a finite number, or is outside this range.
@@ -71,6 +74,8 @@ class Parameters:
         value = self.value(name)
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise SettingError(name, value, "a finite number")
+        if unknown and math.isnan(value):
+            return math.nan
         if not math.isfinite(value):
             raise SettingError(name, value, "a finite number" + _FILE * math.isnan(value))
         if not low <= value <= high:

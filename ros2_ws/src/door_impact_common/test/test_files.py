@@ -1,5 +1,7 @@
 """How commands end, and how files and folders are written."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -44,3 +46,15 @@ def test_a_command_prints_its_error_in_one_line(capsys):
     assert capsys.readouterr() == ("", "measure: width is -1.0, must be positive\n")
     with pytest.raises(ZeroDivisionError):
         run_command("measure", lambda: str(1 // 0))
+
+
+def test_a_command_whose_reader_has_ended_ends_without_a_word():
+    """As in `identify ... | head -1`, also at the end of the process."""
+    code = ("import sys; from door_impact_common.files import run_command\n"
+            "sys.stdin.read()\nsys.exit(run_command('measure', lambda: 'long ' * 100_000))")
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        process.stdin.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 0

@@ -29,7 +29,9 @@ def reading():
 
 
 @pytest.mark.parametrize(("given", "read", "found"), [
-    (2, lambda p: p.number("value"), 2.0), (1, lambda p: p.switch("value"), True),
+    (2, lambda p: p.number("value"), 2.0),
+    (math.nan, lambda p: math.isnan(p.number("value", unknown=True)), True),
+    (1, lambda p: p.switch("value"), True),
     ("false", lambda p: p.switch("value"), False),
     ("one", lambda p: p.choice("value", ("one", "two")), "one")])
 def test_a_value_may_come_as_people_type_it(reading, given, read, found):
@@ -39,6 +41,7 @@ def test_a_value_may_come_as_people_type_it(reading, given, read, found):
 @pytest.mark.parametrize(("given", "read", "limit"), [
     ("2.0", lambda p: p.number("value"), "finite"),
     (math.nan, lambda p: p.number("value"), r"config/params\.yaml"),
+    (math.inf, lambda p: p.number("value", unknown=True), "a finite number"),
     (2, lambda p: p.number("value", 3.0, 4.0), "from 3 to 4"),
     (2.5, lambda p: p.whole("value"), "whole"),
     ("other", lambda p: p.choice("value", ("one", "two")), "one or two")])

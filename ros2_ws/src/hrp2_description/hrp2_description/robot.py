@@ -23,6 +23,7 @@ from hrp2_description.robot_types import (
     Brace,
     Drives,
     FootNames,
+    FootSensors,
     Length,
     Rect,
     RobotConfig,
@@ -112,6 +113,7 @@ class _File(Part):
     sole: Annotated[tuple[Number, Number, Number, Number], AfterValidator(_rectangle)]
     sole_rubber: SoleRubber | None = None
     feet: Annotated[_Sides[FootNames], AfterValidator(_Sides.mapping)]
+    foot_sensors: FootSensors = FootSensors()
     wrist_sensors: Annotated[_Sides[WristSensor], AfterValidator(_Sides.mapping)] | None = None
     imu_frame: Name | None = None
     contact_link: Name

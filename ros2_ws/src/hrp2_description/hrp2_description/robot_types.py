@@ -57,6 +57,19 @@ class FootNames:
 
 
 @described(frozen=True, config=STRICT)
+class FootSensors:
+    """What the force sensors of the feet report.
+
+    Attributes:
+        compensated: Whether the weight of what is below them, by ``sensor_joint``, is taken away.
+        reversed: Whether they report what the foot does to the floor instead of the opposite.
+    """
+
+    compensated: bool = True
+    reversed: bool = False
+
+
+@described(frozen=True, config=STRICT)
 class WristSensor:
     """Force sensor of a wrist.
 
@@ -311,6 +324,7 @@ class RobotConfig:
         sole_rubber: Rubber between an ankle and the floor.
         imu_frame: Link that contains the IMU.
         wrist_sensors: Force sensors of the ``left`` and the ``right`` wrist.
+        foot_sensors: What the force sensors of the feet report.
         footsteps: Limits of the footsteps of a walk.
         tucked_posture: Joint angles of the free arm while the robot goes through a door [rad].
         chest_yaw: Joint that turns the upper body against the legs; None if there is none.
@@ -346,6 +360,7 @@ class RobotConfig:
     sole_rubber: SoleRubber | None = None
     imu_frame: str | None = None
     wrist_sensors: Mapping[str, WristSensor] | None = None
+    foot_sensors: FootSensors = field(default_factory=FootSensors)
     footsteps: StepLimits | None = None
     tucked_posture: Mapping[str, float] = field(default_factory=dict)
     chest_yaw: str | None = None

@@ -96,23 +96,25 @@ class Urdf:
         Raises:
             RobotConfigError: A link is no body that can be: its mass is negative, it has a
                 principal moment of inertia that is negative, or larger than the two others
-                together, or none for its mass. Or a moving joint moves no mass, or the whole mass
-                is not that of a humanoid.
+                together, or none for its mass. Or what moving joints move has no mass or moments,
+                or the whole mass is not that of a humanoid.
         """
         bodies = {name: name for name in self.links}
         for joint, parent, child in self.tree:
             bodies[child] = child if joint in moving else bodies[parent]
-        solid, total = set(), 0.0
+        solid, total, masses = set(), 0.0, dict.fromkeys(self.links, 0.0)
         for name, link in self.links.items():
             mass, moments = _inertial(name, link)
             total += mass
-            if mass > 0.0 and moments[0] > 0.0:
+            masses[bodies[name]] += mass
+            if moments[0] > 0.0:
                 solid.add(bodies[name])
-        for joint, _, child in self.tree:
-            if joint in moving and child not in solid:
-                raise RobotConfigError(
-                    f"{child} behind {joint}, with what is fixed to it", value="no mass or inertia",
-                    limit="a mass and three positive principal moments of inertia")
+        hollow = [f"{child} ({masses[child]:g} kg)" for joint, _, child in self.tree
+                  if joint in moving and child not in solid]
+        if hollow:  # legs of point masses would be planned for, wrongly
+            raise RobotConfigError(
+                "links behind moving joints, with what is fixed to them, without inertia",
+                value=", ".join(hollow), limit="a mass and three positive principal moments each")
         least, most = _MASSES
         if not least <= total <= most:
             raise RobotConfigError(

@@ -13,8 +13,8 @@ from typing import Annotated, Any, Literal, get_args
 from door_impact_common.documents import STRICT, Count, NotNegative, Number, Positive, number
 from pydantic import AfterValidator, Field
 from pydantic.dataclasses import dataclass
+from robot_driver.trajectory_driver import PERIOD as TICK
 
-TICK = 0.005  # HRP-2's control period [s]
 SAMPLE = 0.001  # period of the log and of the door's encoder [s]
 SAMPLES_PER_TICK = round(TICK / SAMPLE)
 _EngineName = Literal["pybullet", "mujoco"]
@@ -127,6 +127,12 @@ class WorldSettings:
         600.0, TICK, _LONGEST_LOG,
         "duration that the log keeps, with 0.6 MB a second [s]; older rows are lost")
     sole: _Sole = _setting("rubber", "rubber as in robot.yaml, or rigid")
+    servo: _Switch = _setting(
+        False, "the joints follow a command in each control period, as below a controller of "
+        "ros2_control (sim/joint_commands), instead of trajectories")
+    playback_delay: int = Field(
+        default=0, strict=True, ge=0, le=20,
+        description="number of control periods by which a servo plays commands back late")
     stabilizer: _Switch = _setting(
         True, "keep the robot upright on rubber soles; rigid need none")
     rubber_scale: Positive = _setting(

@@ -18,13 +18,14 @@ from door_model.door.geometry import along
 from hrp2_description.robot import RobotConfig, needed
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 from humanoid_motion.mirror import Mirror
+from robot_driver.errors import TrajectoryRefusedError
+from robot_driver.trajectory_checks import JointLimits
+from robot_driver.trajectory_driver import TrajectoryDriver
 
-from hrp2_sim_bridge.control.driver import TrajectoryDriver
 from hrp2_sim_bridge.control.drives import Actuation
 from hrp2_sim_bridge.control.hand_compliance import HandCompliance
+from hrp2_sim_bridge.control.servo import Servo
 from hrp2_sim_bridge.control.stabilizer import Stabilizer
-from hrp2_sim_bridge.control.trajectory import JointLimits
-from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from hrp2_sim_bridge.log import TruthLog, save_npz
 from hrp2_sim_bridge.physics.contact import design_leaf
 from hrp2_sim_bridge.physics.door_load import DoorLoad
@@ -129,7 +130,9 @@ class World(Driver):
             robot, self._posture, door, door_distance, along(door.hinge) * hinge_x, self.contact,
             self.settings)
         limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
-        self.driver = TrajectoryDriver(limits, self._posture)
+        self.driver: TrajectoryDriver | Servo = (
+            Servo(limits, self._posture, self.settings.playback_delay) if self.settings.servo
+            else TrajectoryDriver(limits, self._posture))
         self.engine = make_engine(engine) if isinstance(engine, str) else engine
         self._log = TruthLog(self.settings.log_seconds) if self.settings.log else None
         self._kinematics = Kinematics(

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from door_model.door.config import DoorConfig, load_door
 from hrp2_description.robot import RobotConfig, load_robot_config
-from hrp2_sim_bridge.control.trajectory import JointLimits
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TrajectoryArrays
+from robot_driver.trajectory_checks import JointLimits
 
 ANKLE_X = 0.3 * np.sin(np.radians(26.0)) - 0.3 * np.sin(np.radians(24.0))
 LEG = 0.3 * np.cos(np.radians(26.0)) + 0.3 * np.cos(np.radians(24.0))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from door_impact_common.errors import SettingError
-from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from humanoid_motion.driver_interface import TrajectoryArrays
+from robot_driver.errors import TrajectoryRefusedError
 
 
 def test_after_a_reset_the_same_orders_give_the_same_run_bit_for_bit(

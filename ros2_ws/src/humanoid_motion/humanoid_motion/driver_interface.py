@@ -30,6 +30,15 @@ class TrajectoryArrays:
     velocities: Sequence[Sequence[float]] = ()
     accelerations: Sequence[Sequence[float]] = ()
 
+    @classmethod
+    def of(cls, command: Command, names: Sequence[str]) -> TrajectoryArrays:
+        """Return the trajectory of a command, whose knots have columns of these joints."""
+        knots = command.knots
+        if knots is None:
+            return cls((), (), ())
+        return cls(names, knots.time.tolist(), knots.position.tolist(), knots.velocity.tolist(),
+                   knots.acceleration.tolist())
+
     @property
     def is_stop(self) -> bool:
         """True for a trajectory without points, which means stop."""

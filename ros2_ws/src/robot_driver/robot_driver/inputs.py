@@ -84,7 +84,7 @@ class Inputs:
 
     @property
     def unpaired(self) -> int:
-        """Number of joint states and wrenches of whose stamp another one is missing."""
+        """Number of joint states and wrenches without another one of their control period."""
         return self._feet.dropped + self._samples.dropped
 
     def forget(self) -> None:
@@ -136,9 +136,10 @@ class Inputs:
         feet = self._feet.add(side, arrival.stamp, wrench)
         if feet is None:
             return []
+        stamp, pair = feet
         commands = self.motion.on_wrenches(
-            arrival.stamp, feet["left"], feet["right"]) if self.motion else []
-        return commands + self._together(_FEET, arrival, feet)
+            stamp, pair["left"], pair["right"]) if self.motion else []
+        return commands + self._together(_FEET, arrival._replace(stamp=stamp), pair)
 
     def on_door(self, arrival: Arrival, angle: float, velocity: float) -> list[Command]:
         """Handle an angle [rad] and an angular velocity [rad/s] of the door, as `on_joints`."""
@@ -171,7 +172,7 @@ class Inputs:
         """Pass on the sample of one time when the last of its messages has arrived."""
         sample = self._samples.add(part, arrival.stamp, content)
         return [] if sample is None else self._measured(
-            arrival, self._readings.add_sample(arrival.stamp, sample))
+            arrival, self._readings.add_sample(*sample))
 
     def _measured(self, arrival: Arrival, samples: Sequence[Match]) -> list[Command]:
         """Pass on samples that have waited for a reading of the IMU until a message arrived."""

@@ -10,6 +10,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from door_impact_common.arrays import Array
 from door_impact_common.stamps import NANOSECONDS, duration_of, stamp_of
+from geometry_msgs.msg import Vector3, Wrench
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
 from humanoid_motion.samples import ImuSample
@@ -118,6 +119,12 @@ def wrench_row(wrench: Any) -> Array:
     """Convert a Wrench to a row of force and torque, (6,) [N, N m]."""
     force, torque = wrench.force, wrench.torque
     return np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
+
+
+def wrench_of(row: Sequence[float]) -> Wrench:
+    """Convert a row of force and torque, (6,) [N, N m], to a Wrench."""
+    return Wrench(force=Vector3(x=row[0], y=row[1], z=row[2]),
+                  torque=Vector3(x=row[3], y=row[4], z=row[5]))
 
 
 def diagnostics(

@@ -108,6 +108,13 @@ class Motion:
         self.give_up(silent(topic, waited, limit))
         return []
 
+    def on_refusal(self, now: float, why: str) -> list[Command]:
+        """Handle a command that the controller does not follow, for a reason in words."""
+        self.give_up(why)
+        if self.outcome is Outcome.STOPPED:
+            self.outcome = Outcome.NOT_FOLLOWED
+        return []
+
     def on_failure(self, now: float, error: Exception) -> list[Command]:
         """Handle an error of the program: end the motion as safely as possible."""
         self.give_up(failed(error))

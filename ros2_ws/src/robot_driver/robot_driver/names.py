@@ -13,6 +13,7 @@ WRENCHES = {side: f"{side}_foot/wrench" for side in ("left", "right")}
 HAND = "right_wrist/wrench"
 TRAJECTORY = "joint_trajectory"
 HANDLED = "sim/handled"  # to a simulation alone
+PAUSED = "sim/paused"  # from one
 
 COMMANDERS = ("motion_server",)
 """Nodes that send trajectories."""

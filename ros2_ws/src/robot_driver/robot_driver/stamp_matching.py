@@ -1,36 +1,40 @@
-"""Matching of messages by their stamps: several streams of equal stamps, and an IMU's readings."""
+"""Matching of messages by their stamps: several streams, and an IMU's readings."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 from humanoid_motion.samples import ImuSample
+
+from robot_driver.trajectory_driver import PERIOD
+
+_HALF = 0.5 * PERIOD  # difference of stamps from which on they are of other periods [s]
 
 Match: TypeAlias = tuple[float, Any, ImuSample | None]
 """Stamp [s] of a sample, the sample, and the nearest reading of the IMU."""
 
 
 class StampPairer:
-    """Buffer of samples until every stream has a sample of the same stamp.
+    """Buffer of samples until every stream has a sample of the same control period.
 
-    Stamps of a stream increase.
+    Each broadcaster takes its own time, so stamps of one period differ by up to half of it. Stamps
+    of a stream increase.
 
     Args:
-        streams: Names of the streams.
+        streams: Names of the streams; the first one's stamps are those of the pairs.
         capacity: Number of samples kept of each stream while other streams are late.
 
     Attributes:
-        dropped: Number of samples dropped because another stream had no sample of their stamp.
+        dropped: Number of samples dropped because another stream had no sample of their period.
     """
 
     def __init__(self, streams: tuple[str, ...], capacity: int = 50) -> None:
-        self._buffers: dict[str, dict[float, Any]] = {name: {} for name in streams}
+        self._buffers: dict[str, deque[tuple[float, Any]]] = {name: deque() for name in streams}
         self._capacity = capacity
         self.dropped = 0
 
-    def add(self, stream: str, stamp: float, sample: Any) -> Mapping[str, Any] | None:
+    def add(self, stream: str, stamp: float, sample: Any) -> tuple[float, dict[str, Any]] | None:
         """Add a sample.
 
         Args:
@@ -38,29 +42,34 @@ class StampPairer:
             stamp: Its stamp [s].
 
         Returns:
-            The samples of all streams with this stamp if this one completes them, else None.
+            The first stream's stamp, and the samples of all streams nearest to this one, if it
+            completes them, else None.
         """
-        buffer = self._buffers[stream]
-        buffer[stamp] = sample
-        if len(buffer) > self._capacity:
-            del buffer[next(iter(buffer))]
+        own = self._buffers[stream]
+        own.append((stamp, sample))
+        if len(own) > self._capacity:
+            own.popleft()
             self.dropped += 1
-        if not all(stamp in other for other in self._buffers.values()):
+        nearest = {name: min(buffer, key=lambda each: abs(each[0] - stamp), default=None)
+                   for name, buffer in self._buffers.items()}
+        found = {name: each for name, each in nearest.items()
+                 if each is not None and abs(each[0] - stamp) < _HALF}
+        if len(found) < len(nearest):
             return None
-        together = {name: other.pop(stamp) for name, other in self._buffers.items()}
-        for other in self._buffers.values():
-            for late in [key for key in other if key < stamp]:
-                del other[late]
+        for name, buffer in self._buffers.items():
+            while buffer[0][0] < found[name][0]:
+                buffer.popleft()
                 self.dropped += 1
-        return together
+            buffer.popleft()
+        return next(iter(found.values()))[0], {name: each[1] for name, each in found.items()}
 
 
 class ImuMatcher:
     """Gives each sample the reading of the nearest stamp.
 
-    A sample waits until a reading of its stamp or a later one has arrived. It does not wait for an
-    IMU that is silent: if the newest reading is older than the sample by more than `patience`, the
-    sample has no reading. Stamps of samples and of readings increase.
+    A sample waits until a reading of its control period or a later one has arrived. It does not
+    wait for an IMU that is silent: if the newest reading is older than the sample by more than
+    `patience`, the sample has no reading. Stamps of samples and of readings increase.
 
     Args:
         patience: Largest difference between the stamps of a sample and its reading [s].
@@ -91,7 +100,7 @@ class ImuMatcher:
             stamp, sample = self._waiting[0]
             newest = self._readings[-1][0] if self._readings else None
             silent = newest is None or newest_sample - newest > self._patience
-            if not silent and newest is not None and newest < stamp:
+            if not silent and newest is not None and newest <= stamp - _HALF:
                 break
             self._waiting.popleft()
             found.append((stamp, sample, self._nearest(stamp)))

@@ -21,10 +21,11 @@ from humanoid_motion.mirror import Straight
 from humanoid_motion.robot_model import RobotModel
 from rclpy.clock import Clock, ClockType, JumpThreshold
 from rclpy.duration import Duration
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Header
+from std_msgs.msg import Bool, Header
 
+from robot_driver.foot_sensors import FootSensors
 from robot_driver.freshness import Freshness
 from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival, present
@@ -33,6 +34,7 @@ from robot_driver.messages import (
     imu_sample,
     joint_arrays,
     lacking,
+    wrench_of,
     wrench_row,
 )
 from robot_driver.names import (
@@ -43,6 +45,7 @@ from robot_driver.names import (
     HANDLED,
     IMU,
     JOINTS,
+    PAUSED,
     TRAJECTORY,
     WRENCHES,
 )
@@ -53,6 +56,10 @@ WATCH_PERIOD = 0.05  # time between two checks that messages arrive [s]
 DIAGNOSTICS_PERIOD = 1.0  # time between two messages on /diagnostics [s]
 _QUEUE = 50  # messages of each subscription that may wait
 WARNING_PERIOD = 5.0  # shortest time between two warnings about unusable messages [s]
+OFFSETS = {
+    f"{side}_foot_offset": ([0.0] * 6, f"what the force sensor of the {side} foot reports without "
+                            "load: force [N] and torque [N m] in its frame (tare_feet tells it)")
+    for side in WRENCHES}
 SILENCE = {
     "stale_after": (0.5, "largest age of messages about robot and door [s]"),
     "silent_after": (5.0, "time without a message about robot or door, by the computer's clock, "
@@ -64,8 +71,8 @@ class SensorTopics:
     """Passes what the robot's driver measures to `Inputs`, between `start` and `stop`.
 
     Args:
-        node: Node that subscribes.
-        joint_names: Joints in the robot's order.
+        node: Node that subscribes; it gets the parameters `OFFSETS`.
+        robot: The robot.
         inputs: Gets the measurements.
         after: Function that gets the stamp of an event [s] and the commands that follow from it.
         sight: How robot and door are seen; topics have the names that they have in it.
@@ -73,19 +80,23 @@ class SensorTopics:
 
     Attributes:
         inputs: The measurements.
+        feet: The feet's force sensors.
         waited_for: Whether a simulation waits until this node has handled its messages.
     """
 
     waited_for = False
 
     def __init__(
-        self, node: GuardedNode, joint_names: Sequence[str], inputs: Inputs,
+        self, node: GuardedNode, robot: RobotModel, inputs: Inputs,
         after: Callable[[float, Sequence[Command]], None] = lambda stamp, commands: None, *,
         sight: Straight | None = None, qos: QoSProfile | int = _QUEUE,
     ) -> None:
         self._sight = sight or Straight()
         self._node, self._after, self._qos = node, after, qos
-        self._names = list(joint_names)
+        self._names = list(robot.joint_names)
+        given = Parameters(node, OFFSETS)
+        self.feet = FootSensors(robot, {self._sight.text(side): wrench_row(self._sight.message(
+            wrench_of(given.numbers(f"{side}_foot_offset", 6)))) for side in WRENCHES})
         self._ignored: dict[str, str] = {}  # why the last message of a topic could not be used
         self.inputs = inputs
         self._handlers: dict[str, tuple[Any, Callable[[Any, Arrival], Sequence[Command]]]] = {
@@ -159,7 +170,10 @@ class SensorTopics:
         return self.inputs.on_imu(arrival, reading)
 
     def _on_wrench(self, side: str, message: WrenchStamped, arrival: Arrival) -> Sequence[Command]:
-        return self.inputs.on_wrench(side, arrival, wrench_row(message.wrench))
+        row = self.feet.at_sole(side, message.header.frame_id, wrench_row(message.wrench))
+        if isinstance(row, str):
+            return self._ignore(WRENCHES[side], row)
+        return self.inputs.on_wrench(side, arrival, row)
 
     def _ignore(self, topic: str, why: str) -> Sequence[Command]:
         self._ignored[topic] = why
@@ -190,8 +204,8 @@ class RobotTopics(SensorTopics):
     """Passes the messages about robot and door to a motion, and watches over them.
 
     A motion ends where its topics fall silent, by the robot's clock or by the computer's steady
-    clock, because a simulation that dies takes the robot's clock with it. It ends, too, where the
-    program fails or the robot's clock goes back.
+    clock, because a simulation that dies takes the robot's clock with it; one that says that it is
+    paused is not silent. It ends, too, where the program fails or the robot's clock goes back.
 
     Args:
         node: Node that subscribes.
@@ -204,6 +218,7 @@ class RobotTopics(SensorTopics):
     Attributes:
         freshness: Age of the last messages by the robot's clock.
         zmp: Stamp [s] and place in odom, (2,) [m], of the last ZMP; None before the first one.
+        awake: Time by the computer's steady clock, without pauses of a simulation [s].
     """
 
     def __init__(
@@ -213,11 +228,11 @@ class RobotTopics(SensorTopics):
         sight: Straight | None = None,
     ) -> None:
         self._robot = robot
-        self.freshness, silence = (
+        self.freshness, self._silence = (
             Freshness((JOINTS, IMU, DOOR, HAND), parameters.number(name), WATCH_PERIOD,
                       optional=[HAND]) for name in ("stale_after", "silent_after"))
         super().__init__(
-            node, robot.joint_names, Inputs(joint_ranges(robot), self.freshness, silence),
+            node, robot, Inputs(joint_ranges(robot), self.freshness, self._silence),
             self._sent, sight=sight)
         self._send = after
         self.zmp: tuple[float, Array] | None = None
@@ -227,9 +242,12 @@ class RobotTopics(SensorTopics):
         self._handled = node.create_publisher(Header, HANDLED, _QUEUE)
         self._told = -math.inf  # stamp that was told there last [s]
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.awake, self._paused = 0.0, False
+        node.create_subscription(Bool, PAUSED, self._on_paused, QoSProfile(
+            depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         node.create_timer(WATCH_PERIOD, partial(self._watch, self.freshness))
-        node.create_timer(WATCH_PERIOD, partial(self._watch, silence), clock=steady)
+        node.create_timer(WATCH_PERIOD, self._tick, clock=steady)
         node.create_timer(DIAGNOSTICS_PERIOD, self._report, clock=steady)
 
     def start(self) -> None:
@@ -288,6 +306,15 @@ class RobotTopics(SensorTopics):
     def _on_zmp(self, message: PointStamped) -> None:
         place = self._sight.message(message).point
         self.zmp = (seconds(message.header.stamp), np.array([place.x, place.y]))
+
+    def _on_paused(self, message: Bool) -> None:
+        self._paused = message.data
+
+    def _tick(self) -> None:
+        """Count the computer's time, but for the pauses of a simulation that runs."""
+        if not (self._paused and self._node.count_publishers(PAUSED)):
+            self.awake += WATCH_PERIOD
+            self._watch(self._silence)
 
     def _watch(self, watch: Freshness) -> None:
         """End a motion if messages about robot or door do not arrive any more."""

@@ -20,18 +20,19 @@ from door_impact_common.stamps import NANOSECONDS, stamp_of
 from door_model.door.config import hinge_of
 from door_model.door.geometry import before
 from geometry_msgs.msg import PointStamped, PolygonStamped
-from hrp2_description.robot import load_robot_config
+from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.kinematics import pose_row
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import NO_IMU, Measured
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from robot_driver.foot_doubts import FootDoubts
+from robot_driver.foot_doubts import LIFTED, FootDoubts, lifted
 from robot_driver.inputs import Inputs, Motion
 from robot_driver.names import CLOCK, IMU, JOINTS, WRENCHES
 from robot_driver.ranges import joint_ranges
 from robot_driver.sensor_doubts import doubts, stood_still
 from robot_driver.topics import WARNING_PERIOD, SensorTopics, crowded
+from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -67,6 +68,7 @@ _RELIABILITY = {
 _QUEUE = 50  # messages of each subscription that may wait for the others
 _CROWDED = "more than one node publishes on"
 _GRAPH_PERIOD = 1.0  # time between two looks at who publishes [s]
+_HANGING = 0.25  # share of the weight below which both feet together count as in the air
 _EARLY = 5e-4  # a sample counts as due when it comes at most this much too early [s]
 
 
@@ -116,11 +118,12 @@ class ZmpPublisher(GuardedNode, Motion):
         self._marker_publisher = self.create_publisher(MarkerArray, "balance_markers", 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._inputs = Inputs(joint_ranges(self._model), observes=True)
-        self._topics = SensorTopics(self, self._robot.joint_names, self._inputs,
+        self._topics = SensorTopics(self, self._model, self._inputs,
                                     qos=QoSProfile(depth=_QUEUE, reliability=reliability))
         self._topics.start()
         self._inputs.motion = self
         self.create_timer(1.0 / diagnostics_rate, self._publish_diagnostics)
+        self.create_service(Trigger, "tare_feet", self._on_tare)
         self._crowded: dict[str, list[str]] = {}
         self.create_timer(_GRAPH_PERIOD, self._look_at_graph)
 
@@ -176,6 +179,24 @@ class ZmpPublisher(GuardedNode, Motion):
             self._tf_stamp = now
             self._publish_scene(stamp, measured.position, self._pose)
         return []
+
+    def _on_tare(self, _: Any, response: Any) -> Any:
+        """Say what the sensors of feet in the air report, as lines for the parameter file."""
+        sides: tuple[str, ...] = ()
+        if self._last is not None and self._pose is not None:
+            load = self._last.left_wrench[2] + self._last.right_wrench[2]
+            air = lifted(self._pose.soles)
+            hangs = abs(load) < _HANGING * self._robot.mass * GRAVITY
+            sides = SIDES if hangs else (air,) if air else ()
+        found = {side: self._topics.feet.offset(side) for side in sides}
+        wrong = [f"{side} foot: {each}" for side, each in found.items() if isinstance(each, str)]
+        response.success = bool(sides) and not wrong
+        response.message = "; ".join(wrong) or "\n".join(
+            f"{side}_foot_offset: {[round(float(value), 3) for value in each]}"
+            for side, each in found.items()) or (
+            "no foot is in the air: let the robot hang, so that its feet bear less than "
+            f"{100.0 * _HANGING:g} % of its weight, or lift a foot by {1e3 * LIFTED:g} mm")
+        return response
 
     def _look_at_graph(self) -> None:
         before = self._crowded

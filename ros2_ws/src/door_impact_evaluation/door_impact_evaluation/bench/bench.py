@@ -3,13 +3,14 @@
 import argparse
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from door_impact_common.files import make_folder, run_command, write_whole
+
 from door_impact_evaluation.bench import door, robot
-from door_impact_evaluation.errors import EvaluationError
 
 _LOOP = "a loop over the samples: inverse kinematics, Newton-Euler, ZMP, without search and checks"
 
@@ -96,22 +97,21 @@ def main(args: list[str] | None = None) -> int:
     for name in options.names:
         if name not in BENCHMARKS:
             parser.error(f"there is no benchmark {name}; there are {', '.join(BENCHMARKS)}")
-    try:
-        options.out.mkdir(parents=True, exist_ok=True)
-        summary = {}
-        for name in options.names or BENCHMARKS:
-            print(f"{name} ...", flush=True)
-            summary[name] = BENCHMARKS[name].run()
-        content = json.dumps(summary, indent=1) + "\n"
-        (options.out / "summary.json").write_text(content, encoding="utf-8")
-    except (EvaluationError, OSError) as error:
-        print(f"bench: {error}", file=sys.stderr)
-        return 1
-    print(f"{'':22}{'value':>10}{'peer':>10}{'ratio':>8}")
-    for name, row in summary.items():
-        print(f"{name:22}{row['value']:10.4g}{row['peer_value']:10.4g}{row['ratio']:8.3f}  "
-              f"{row['unit']}\n{'':22}  peer: {row['peer']}\n{'':22}  {row['reference']}".rstrip())
-    return 0
+    return run_command("bench", lambda: _table(options.names or BENCHMARKS, options.out))
+
+
+def _table(names: Iterable[str], out: Path) -> str:
+    """Run benchmarks, write ``summary.json``, and return the table."""
+    make_folder(out)
+    summary = {}
+    for name in names:
+        print(f"{name} ...", flush=True)
+        summary[name] = BENCHMARKS[name].run()
+    write_whole(out / "summary.json", json.dumps(summary, indent=1) + "\n")
+    return "\n".join([f"{'':22}{'value':>10}{'peer':>10}{'ratio':>8}", *(
+        f"{name:22}{row['value']:10.4g}{row['peer_value']:10.4g}{row['ratio']:8.3f}  "
+        f"{row['unit']}\n{'':22}  peer: {row['peer']}\n{'':22}  {row['reference']}".rstrip()
+        for name, row in summary.items())])
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from door_impact_evaluation.report.table import NOTES, Row
 
 PICTURES = (
     ("impact.gif",
-     "The hit at half speed: run-up, impact, opening of the door and hold or retreat."),
+     "Run-up, impact, opening of the door, and what the robot does then."),
     ("door_angle.png",
      "Opening angle of the door after the impact, and the desired angle (the paper's Fig. 9)."),
     ("zmp.png",

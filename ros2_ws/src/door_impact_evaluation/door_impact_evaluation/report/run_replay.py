@@ -38,8 +38,10 @@ def run_of_log(record: DemoRecord, log: SimulationLog, plan: Any, robot: RobotCo
     """
     motion, support, spans = log.motion, record.support, list(record.phases.values())
     t = motion.t
-    plots = [Plot("Force of the robot on the door", "N",
-                  (Curve("elbow or hand", colors.FORCE, t, motion.contact_force),))]
+    before = t <= record.peak_time  # the blow of the elbow would dwarf the hand; nan: no blow
+    plots = [Plot(f"Force of the {body} on the door", "N", (
+        Curve(_SOURCE, colors.FORCE, t[rows], motion.contact_force[rows]),))
+        for body, rows in (("elbow", before), ("hand", ~before)) if rows.any()]
     if plan is not None:
         plots.append(Plot("Speed of B towards the door", "m/s",
                           (Curve(_SOURCE, colors.COM, t, motion.point_b_velocity),),

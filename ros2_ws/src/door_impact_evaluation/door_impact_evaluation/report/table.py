@@ -47,7 +47,8 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
     margin = margins[phase]
     place = "inside" if margin > _INSIDE else "on the edge" if margin > -_INSIDE else "outside"
     nominal = door["target_deg"] == 25.0
-    opened = door["peak_deg"] > OPENED
+    opened, passes = door["peak_deg"] > OPENED, summary["passage"] is not None
+    holds = door["held_deg"] is not None and not passes  # on the way through it is only caught
     return [
         *_identified(summary["identified"]),
         Row("robot: moment of inertia I_rob", "6.147", f"{plan['i_rob']:.3f}", "kg m²"),
@@ -74,11 +75,10 @@ def rows(summary: Mapping[str, Any], caught_deg: float) -> list[Row]:
             f"{door['peak_deg']:.2f}" if opened else "-", "deg"),
         Row("error: largest less desired angle", "<= 2 (experiment)",
             f"{door['error_deg']:+.2f}" if opened else "-", "deg"),
-        *(() if door["held_deg"] is None else (
-            Row("angle at which the hand stops the closing door", "-",
-                f"{caught_deg:.1f}" if opened else "-", "deg"),
-            Row("angle at which the hand holds the door", "25" if nominal else "-",
-                f"{door['held_deg']:.2f}" if opened else "-", "deg"))),
+        *([Row("angle at which the hand stops the closing door", "-",
+               f"{caught_deg:.1f}" if opened else "-", "deg")] if passes or holds else []),
+        *([Row("angle at which the hand holds the door", "25" if nominal else "-",
+               f"{door['held_deg']:.2f}" if opened else "-", "deg")] if holds else []),
         Row("ZMP (20 ms mean) in the support polygon", "inside", place, ""),
         Row(f"smallest ZMP margin, in phase {phase}", "-", f"{margin:.1f}", "mm"),
         Row("slip of the feet", "avoided", f"{robot['foot_slip_mm']:.2f}", "mm"),

@@ -249,7 +249,7 @@ class DriverLink(Link):
         if math.isnan(self.began) and command.knots is not None:
             self.began = command.stamp + float(command.knots.time[0])
         try:
-            self.driver.follow(arrays_of(command, self.robot.joint_names), command.stamp)
+            self.driver.follow(TrajectoryArrays.of(command, self.robot.joint_names), command.stamp)
         except DoorImpactError as error:
             self.refused.append(str(error))
 
@@ -321,21 +321,6 @@ def hit_plan_of(plan: ImpactPlan) -> HitPlan:
     return HitPlan.of(
         plan, {phase.name: phase.knots for phase in plan.all_phases}, plan.zmp_margins,
         plan.left_foot, plan.right_foot, plan.contact_point)
-
-
-def arrays_of(command: Command, names: Sequence[str]) -> TrajectoryArrays:
-    """Return the trajectory of a command as the driver receives it.
-
-    Args:
-        command: The command.
-        names: Joint names in the order of the knots' columns.
-    """
-    knots = command.knots
-    if knots is None:
-        return TrajectoryArrays((), (), ())
-    return TrajectoryArrays(
-        names, knots.time.tolist(), knots.position.tolist(), knots.velocity.tolist(),
-        knots.acceleration.tolist())
 
 
 class DoorEncoder:

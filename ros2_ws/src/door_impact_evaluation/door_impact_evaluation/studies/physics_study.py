@@ -9,7 +9,7 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
-from door_impact_common.errors import DoorImpactError
+from door_impact_common.files import make_folder, run_command, write_whole
 from door_model.door.config import load_door
 from door_model.door.surface import reduced_mass
 from hrp2_description.robot import load_robot_config
@@ -222,7 +222,7 @@ def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
     Returns:
         The contents of ``summary.json``.
     """
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     log = out / "run.npz"
     runs = {engine: rehearse(TARGET_DEG, log, engine=engine) for engine in ENGINES}
     nominal = runs[WorldSettings.engine]
@@ -243,7 +243,7 @@ def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
                      for row in tqdm(rows, desc=f"{name}, {engine}", leave=False)]
             for engine in ENGINES if engine != "mujoco" or name not in _PYBULLET_ONLY
         }
-        (out / "summary.json").write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+        write_whole(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     draw(summary, out)
     return summary
 
@@ -269,13 +269,12 @@ def main(args: list[str] | None = None) -> int:
     unknown = [name for name in options.sweeps if name not in SWEEPS]
     if unknown:
         parser.error(f"there is no sweep {unknown[0]}; there are {', '.join(SWEEPS)}")
-    try:
-        study(options.out, options.sweeps or list(SWEEPS))
-    except (DoorImpactError, OSError) as error:
-        print(f"physics_study: {error}", file=sys.stderr)
-        return 1
-    print(f"written to {options.out}")
-    return 0
+    return run_command("physics_study", lambda: _written(options))
+
+
+def _written(options: argparse.Namespace) -> str:
+    study(options.out, options.sweeps or list(SWEEPS))
+    return f"written to {options.out}"
 
 
 if __name__ == "__main__":

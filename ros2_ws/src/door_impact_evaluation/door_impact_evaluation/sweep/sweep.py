@@ -7,8 +7,7 @@ import sys
 from contextlib import closing
 from pathlib import Path
 
-from door_impact_common.errors import DoorImpactError
-from door_impact_common.files import write_whole
+from door_impact_common.files import draw_into, run_command, write_whole
 from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 
@@ -43,27 +42,27 @@ def main(args: list[str] | None = None) -> int:
         0 when the sweep is complete, 1 if it cannot be run or written, 130 after Ctrl-C.
     """
     options = _options(args)
-    kind, out = KINDS[options.kind], options.out or folder_of(options.kind, options.engine)
+    out = options.out or folder_of(options.kind, options.engine)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        make_engine(options.engine)  # before anything is written
-        with closing(Runs(out)) as runs:
-            rows = running.run(kind, kind.draw(options.n, options.seed), options.engine, runs,
-                               options.cluster)
-            found = summary(kind, rows, options.n, options.seed, options.engine)
-            text = table(kind, found)
-            print(text)
-            write_whole(out / "report.txt", text + "\n")
-            draw(kind, found["runs"], out / "sweep.png")
-            content = json.dumps(found, indent=1, allow_nan=False)
-            write_whole(out / "summary.json", content + "\n")
-    except (DoorImpactError, OSError) as error:
-        print(f"sweep: {error}", file=sys.stderr)
-        return 1
+        return run_command("sweep", lambda: _report(options, KINDS[options.kind], out))
     except KeyboardInterrupt:
         print(f"sweep: interrupted; what was done is kept in {out / NAME}", file=sys.stderr)
         return 130
-    return 0
+
+
+def _report(options: argparse.Namespace, kind: Kind, out: Path) -> str:
+    """Run the sweep, write its files, and return the table."""
+    make_engine(options.engine)  # before anything is written
+    with closing(Runs(out)) as runs:
+        rows = running.run(kind, kind.draw(options.n, options.seed), options.engine, runs,
+                           options.cluster)
+        found = summary(kind, rows, options.n, options.seed, options.engine)
+        text = table(kind, found)
+        write_whole(out / "report.txt", text + "\n")
+        draw_into(out / "sweep.png", lambda: draw(kind, found["runs"], out / "sweep.png"))
+        write_whole(out / "summary.json", json.dumps(found, indent=1, allow_nan=False) + "\n")
+    return text
 
 
 def _options(args: list[str] | None) -> argparse.Namespace:

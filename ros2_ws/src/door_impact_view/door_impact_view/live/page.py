@@ -15,6 +15,10 @@ from door_impact_view.live.scene_view import BalanceView, BodyView, FootstepView
 from door_impact_view.live.state import State
 
 _TITLE = "door impact"
+# viser has no other name for the browser's tab, and is dark only by its address.
+_SCRIPT = f"""document.title = {_TITLE!r}
+if (matchMedia("(prefers-color-scheme: dark)").matches && !location.search)
+  location.search = "?darkMode" """
 _FLOOR = 6.0  # side of the floor's grid [m]
 _FOLLOWED = 0.02  # way of the robot after which the cameras follow [m]
 _CAMERA, _LOOK_AT = (2.2, 0.55, 1.5), (0.0, -0.15, 0.8)  # in the world [m]
@@ -47,8 +51,7 @@ class Page:
         self.port = self._server.get_port()
         self._plot_every, self._drawn = plot_every, 0
         scene, gui = self._server.scene, self._server.gui
-        gui._websock_interface.queue_message(  # viser has no other name for the browser's tab
-            RunJavascriptMessage(f"document.title = {_TITLE!r}"))
+        gui._websock_interface.queue_message(RunJavascriptMessage(_SCRIPT))
         gui.configure_theme(show_share_button=False, show_logo=False)
         scene.configure_default_lights(cast_shadow=False)  # they cost most without a graphics card
         scene.add_grid("/floor", width=_FLOOR, height=_FLOOR, shadow_opacity=0.0)

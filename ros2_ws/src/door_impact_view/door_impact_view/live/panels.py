@@ -21,7 +21,7 @@ RUN_UPS = ("mcv50", "zmp_limited")  # of PlanDoorImpact.srv
 ENDINGS = ("hold", "retreat", "pass")
 _SHOWN = 12.0  # time for which a notification stays [s]
 _CELL = 'style="padding:1px 6px;text-align:left;vertical-align:top"'
-_BAD, _GOOD = "#b00020", "#00695c"
+_BAD, _GOOD = "light-dark(#b00020, #ff8a80)", "light-dark(#00695c, #4db6ac)"
 # Stop, the only red button, stays in a corner of the picture when the panel is scrolled; folded up,
 # the panel would take it along, so it cannot be. In windows of up to 36em viser's panel is a sheet
 # at the bottom, whose head folds it: the picture is above it, not behind it.
@@ -37,10 +37,13 @@ button[style*="red-filled"] {position: fixed; left: 12px; bottom: 12px; z-index:
 }
 </style>"""
 
-Name = Literal["push", "identify", "plan", "hit", "walk", "pass", "stop", "reset"]
+Name = Literal[
+    "push", "identify", "plan", "hit", "walk", "pass", "stop", "reset", "pause", "step"]
 BUTTONS: dict[Name, str] = {
     "push": "Push the door", "identify": "Identify", "plan": "Plan", "hit": "Hit", "walk": "Walk",
-    "pass": "Walk through the door", "stop": "Stop", "reset": "Reset"}
+    "pass": "Walk through the door", "stop": "Stop", "reset": "Reset", "pause": "Pause",
+    "step": "Step"}
+_HIDDEN = ("pause", "step")  # where nobody serves them: a robot has no such thing
 Reply = Callable[[bool, str], None]
 """Takes whether an order was done, and a sentence of the node that was asked or of this one."""
 
@@ -75,6 +78,7 @@ class Panels:
     def __init__(self, server: viser.ViserServer, give: GiveOrder) -> None:
         self._server, self._give = server, give
         self._buttons: dict[Name, viser.GuiButtonHandle] = {}
+        self._paused = False
         gui = server.gui
         gui.add_html(_STYLE)
         self._button("stop", lambda: Order("stop", "Stop"), "As safely as the phase allows", "red")
@@ -105,6 +109,10 @@ class Panels:
                          "Hits the door, catches it and walks through")
             self._button("reset", lambda: Order("reset", "Reset the simulation"),
                          "Simulation only")
+            self._button("pause", lambda: Order(
+                "pause", self._buttons["pause"].label, {"data": not self._paused}),
+                "Time stands still; Reset ends that, too")
+            self._button("step", lambda: Order("step", "Step"), "By 5 ms")
         mark = server.scene.add_frame("/goal", axes_length=0.2, axes_radius=0.01, visible=False)
 
         @goal.on_update
@@ -131,18 +139,19 @@ class Panels:
         button.on_click(lambda _: self._press(order()))
 
     def show(self, state: State) -> None:
-        """Disable the buttons that would be refused, and say why; Stop never is."""
+        """Disable the buttons that would be refused, and say why; viser sends what is new."""
         why = refusals(state)
         for name, button in self._buttons.items():
-            if button.disabled != (name in why):
-                button.disabled = name in why
+            button.disabled = name in why
+        self._paused = state.paused
+        self._buttons["pause"].label = "Go on" if state.paused else BUTTONS["pause"]
+        self._buttons["pause"].visible = "pause" in state.served
+        self._buttons["step"].visible = "step" in state.served and state.paused
         reasons: dict[str, list[str]] = {}
         for name, reason in why.items():
             reasons.setdefault(reason, []).append(BUTTONS[name])
-        text = "".join(_paragraph(f"{', '.join(names)}: {reason}")
-                       for reason, names in reasons.items())
-        if text != self._refused.content:
-            self._refused.content = text
+        self._refused.content = "".join(_paragraph(f"{', '.join(names)}: {reason}")
+                                        for reason, names in reasons.items())
 
     def _press(self, order: Order) -> None:
         """Give an order, and show every browser what comes of it."""
@@ -161,7 +170,7 @@ class Panels:
 def refusals(state: State) -> dict[Name, str]:
     """Return which orders would be refused now, with what is to be done first."""
     why: dict[Name, str] = {name: "the node that does it is not running"
-                            for name in BUTTONS if name not in state.served}
+                            for name in BUTTONS if name not in (*state.served, *_HIDDEN)}
     if state.plan is None:
         why.setdefault("hit", "there is no plan yet, press Plan")
     for name in ("hit", "walk", "pass"):
@@ -206,7 +215,9 @@ def state_html(state: State) -> str:
     margin = state.margin()
     known = "ZMP margin not known" if margin is None else f"ZMP margin {1e3 * margin:.0f} mm"
     clock = "" if state.now is None else f"; {state.now:.1f} s"
-    if state.speed is not None:
+    if state.paused:
+        clock += ", paused"
+    elif state.speed is not None:
         clock += f", {state.speed:.2f} times as fast as real time"
     text = _paragraph(f"{state.phase or 'no motion'}; {door}; {known}{clock}")
     return text + (_paragraph(state.problem, _BAD) if state.problem else "")

@@ -1,8 +1,9 @@
-"""The plots of the last seconds: the door's angle, the ZMP margin, forces of feet and hands."""
+"""The plots of the last seconds: door, ZMP margin, forces, and a signal that is chosen."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from itertools import cycle
 
 import numpy as np
@@ -13,9 +14,13 @@ from viser import uplot
 from door_impact_view.live.state import Stamped, State
 from door_impact_view.scene import colors
 from door_impact_view.scene.colors import Rgb
+from door_impact_view.scene.urdf import SLIDING
 
 SPAN = 20.0  # time that plots show [s]
 _HEIGHT = 150  # of a plot [pixels]
+NOTHING = "nothing"
+"""The choice of no further signal."""
+_AROUND = 10.0  # what the axis of a further signal shows at least around its first values
 _LINES = (colors.COM, colors.ZMP, colors.CAPTURE_POINT, colors.DOOR)  # of several curves
 
 
@@ -62,7 +67,7 @@ class Plot:
     """
 
     def __init__(
-        self, gui: viser.GuiApi, title: str, least: tuple[float, float], names: tuple[str, ...],
+        self, gui: viser.GuiApi, title: str, least: tuple[float, float], names: Sequence[str],
         lines: tuple[Rgb, ...]
     ) -> None:
         self.names, self._least = names, least
@@ -105,6 +110,9 @@ class Plots:
     def __init__(self, gui: viser.GuiApi) -> None:
         self._gui, self._folder = gui, gui.add_folder("The last 20 s", order=2.0)
         self.shown: dict[str, Plot] = {}
+        self._further = NOTHING
+        with self._folder:
+            self._choice = gui.add_dropdown("also plot", (NOTHING,), hint="From now on", order=0.0)
 
     def add(self, state: State) -> None:
         """Add what is known now to every plot."""
@@ -125,13 +133,26 @@ class Plots:
                 plot.history.add(max(item.time for item in items), *(
                     np.nan if state.fresh(item) is None else _size(item, hands)
                     for item in items))
+        found = signals(state)
+        if self._choice.options != (NOTHING, *found):
+            self._choice.options = (NOTHING, *found)
+        if self._choice.value != self._further:
+            if self._further in self.shown:
+                self.shown.pop(self._further).handle.remove()
+            self._further = self._choice.value
+        if self._further in found:
+            item, values = found[self._further], np.nan_to_num(found[self._further].value)
+            around = float(values.min()) - _AROUND, float(values.max()) + _AROUND
+            plot = self._plot(self._further, around, "xyz"[: values.size], _LINES)
+            plot.handle.order = 0.1  # below the choice
+            plot.history.add(item.time, *item.value)
 
     def send(self) -> None:
         """Send what is new to the browsers."""
         for plot in self.shown.values():
             plot.send()
 
-    def _plot(self, title: str, least: tuple[float, float], names: tuple[str, ...],
+    def _plot(self, title: str, least: tuple[float, float], names: Sequence[str],
               lines: tuple[Rgb, ...]) -> Plot:
         """Return a plot of some curves; one of other curves is replaced."""
         plot = self.shown.get(title)
@@ -141,6 +162,22 @@ class Plots:
             with self._folder:
                 plot = self.shown[title] = Plot(self._gui, title, least, names, lines)
         return plot
+
+
+def signals(state: State) -> dict[str, Stamped]:
+    """Return what can be plotted besides, (1,) or along x, y and z, (3,), by name with unit."""
+    found = {}
+    if state.imu is not None:
+        rate, force = np.split(state.imu.value, 2)
+        found["IMU: angular velocity [deg/s]"] = Stamped(state.imu.time, np.degrees(rate))
+        found["IMU: specific force [m/s²]"] = Stamped(state.imu.time, force)
+    found |= {f"force on {link} [N]": force for link, force in sorted(state.forces.items())}
+    scene = state.robot.scene
+    sliding = {joint.name for joint in scene.joints if joint.kind in SLIDING} if scene else set()
+    for name, place in state.robot.joints.items():
+        unit, scale = ("mm", 1e3) if name in sliding else ("deg", 180.0 / np.pi)
+        found[f"{name} [{unit}]"] = Stamped(state.now or 0.0, np.array([scale * place]))
+    return found
 
 
 def _size(item: Stamped, hand: bool) -> float:

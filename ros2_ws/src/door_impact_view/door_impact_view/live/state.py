@@ -74,11 +74,13 @@ class State:
         forces: Force of the surroundings on each link that has a sensor, in the link's frame,
             (3,) [N] by link.
         hands: Names of those links that are hands.
+        imu: Angular velocity [rad/s] and specific force [m/s^2] in the IMU's frame, (6,).
         plan: The last plan.
         phase: What the robot is doing, whoever wanted it; empty if it does nothing.
         moving: Names of the orders behind that, as `panels.Order` has them.
         served: Names of the orders that a node would take.
         speed: Time of the graph per real time; None as long as it is not known.
+        paused: Whether the simulation stands still because somebody wants it.
         footsteps: Corners of the soles that will stand on the floor, (N, 4, 2) [m].
     """
 
@@ -91,11 +93,13 @@ class State:
     polygon: Stamped | None = None
     forces: dict[str, Stamped] = field(default_factory=dict)
     hands: frozenset[str] = frozenset()
+    imu: Stamped | None = None
     plan: PlanSummary | None = None
     phase: str = ""
     moving: frozenset[str] = frozenset()
     served: frozenset[str] = frozenset()
     speed: float | None = None
+    paused: bool = False
     footsteps: Array = field(default_factory=lambda: np.zeros((0, 4, 2)))
 
     @property

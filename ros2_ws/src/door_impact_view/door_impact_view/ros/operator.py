@@ -12,7 +12,7 @@ from door_impact_common.node import GuardedNode
 from door_impact_msgs.action import ExecuteDoorImpact, Walk, WalkThroughDoor
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
 from rclpy.action import ActionClient
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 from door_impact_view.live.panels import Name, Order, Reply, name_buttons
 
@@ -22,6 +22,8 @@ _SERVICES: dict[Name, tuple[Any, str]] = {
     "plan": (PlanDoorImpact, "plan_door_impact"),
     "stop": (Trigger, "stop"),
     "reset": (Trigger, "sim/reset"),
+    "pause": (SetBool, "sim/pause"),
+    "step": (Trigger, "sim/step"),
 }
 ACTIONS: dict[Name, tuple[Any, str]] = {
     "hit": (ExecuteDoorImpact, "execute_door_impact"),

@@ -6,7 +6,6 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,8 @@ from door_impact_msgs.msg import ImpactPlan
 from geometry_msgs.msg import PointStamped, PolygonStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import JointState
-from std_msgs.msg import String
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -47,10 +46,12 @@ _TOPICS: tuple[tuple[Any, str, QoSProfile], ...] = (
     (String, "door_description", _LATCHED),
     (ImpactPlan, "door_impact_plan", _LATCHED),
     (MarkerArray, "footstep_markers", _LATCHED),
+    (Bool, "sim/paused", _LATCHED),
     (TFMessage, "/tf_static", _STATIC),
     (TFMessage, "/tf", _TRANSFORMS),
     (JointState, "joint_states", _LAST),
     (JointState, "door_angle", _LAST),
+    (Imu, "imu", _LAST),
     (PointStamped, "zmp", _LAST),
     (PointStamped, "com", _LAST),
     (PolygonStamped, "support_polygon", _LAST),
@@ -90,7 +91,7 @@ class Watcher:
             for kind, topic, qos in _TOPICS:
                 inbox = self._inbox[topic] = deque(maxlen=qos.depth)
                 self._subscriptions.append(self._node.create_subscription(
-                    kind, topic, partial(_store, inbox), qos, raw=True))
+                    kind, topic, lambda data, to=inbox: to.append(data), qos, raw=True))
             return
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
@@ -170,6 +171,11 @@ class Watcher:
                 state.door.joints = _positions(message)
                 state.door_angle = _stamped(message, message.position[:1]) if (
                     message.position) else None
+            case "sim/paused":
+                state.paused = message.data
+            case "imu":
+                rate, force = message.angular_velocity, message.linear_acceleration
+                state.imu = _stamped(message, [rate.x, rate.y, rate.z, force.x, force.y, force.z])
             case "zmp":
                 state.zmp = _stamped(message, [message.point.x, message.point.y])
             case "com":
@@ -225,10 +231,6 @@ def plan_summary(message: Any) -> PlanSummary:
     )
     margins = tuple((item.phase, float(item.margin)) for item in message.zmp_margins)
     return PlanSummary(rows, margins, tuple(message.warnings))
-
-
-def _store(inbox: deque[Any], data: bytes) -> None:
-    inbox.append(data)
 
 
 def _order(topic: str, ending: str) -> Name:

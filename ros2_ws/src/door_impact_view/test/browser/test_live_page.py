@@ -6,12 +6,16 @@ from door_impact_view.live.page import Page
 pytestmark = pytest.mark.nightly("starts a browser, which takes seconds and much memory")
 
 
-@pytest.mark.parametrize("width", [390, 800, 1400])
-def test_the_panel_hides_no_robot_and_nothing_hides_stop(open_tab, width):
-    """Picture and panel are beside each other; Stop can be pressed; the panel does not fold."""
+@pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (800, "light"), (1400, "light")])
+def test_the_panel_hides_no_robot_and_nothing_hides_stop(open_tab, width, scheme):
+    """Picture and panel are beside each other; Stop can be pressed; the panel does not fold.
+
+    The page is dark where the browser is.
+    """
     given = []
     page = Page("127.0.0.1", 0, lambda order, reply: given.append(order.name))
-    tab = open_tab(f"http://127.0.0.1:{page.port}", (width, 844))
+    tab = open_tab(f"http://127.0.0.1:{page.port}", (width, 844), color_scheme=scheme)
+    tab.locator(f"html[data-mantine-color-scheme={scheme}]").wait_for()
     plan = tab.get_by_role("button", name="Plan", exact=True)
     plan.wait_for()
     for close in tab.locator(".mantine-Notification-closeButton").all():

@@ -50,7 +50,7 @@ ROBOT = {"hit", "walk", "pass"}
     (State(served=SERVED, plan=PlanSummary(), moving=frozenset({"walk"})), {"hit", "pass"}),
     (State(served=SERVED, plan=PlanSummary(), moving=frozenset({"hit"})), ROBOT),
     (State(served=SERVED - {"push", "reset"}, plan=PlanSummary()), {"push", "reset"}),
-    (State(), SERVED - {"stop"})])
+    (State(), SERVED - {"stop", "pause", "step"})])
 def test_what_would_be_refused_is_disabled(state, refused):
     """A newer walk replaces the one under way; Stop can always be pressed."""
     assert set(panels.refusals(state)) == refused
@@ -61,6 +61,18 @@ def test_a_refusal_names_the_button_to_press():
     assert panels.name_buttons("walk: call /a/plan_door_impact first", {
         "plan": "plan_door_impact", "walk": "walk"}) == (
         'walk: call /a/plan_door_impact (button "Plan") first')
+
+
+def test_a_simulation_can_be_paused_and_stepped_and_a_robot_cannot():
+    """Both buttons are there where a node serves them; Step, and Go on for Pause, in a pause."""
+    page = Page("127.0.0.1", 0, lambda order, reply: None, plot_every=1)
+    buttons = [page._panels._buttons[name] for name in ("pause", "step")]
+    for state, shown in ((State(), [("Pause", False), ("Step", False)]),
+                         (State(served=SERVED), [("Pause", True), ("Step", False)]),
+                         (State(served=SERVED, paused=True), [("Go on", True), ("Step", True)])):
+        page.draw(state)
+        assert [(button.label, button.visible) for button in buttons] == shown
+    page.stop()
 
 
 def test_without_joint_angles_the_robot_is_in_its_zero_posture():

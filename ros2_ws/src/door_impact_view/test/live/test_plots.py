@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import viser
 from door_impact_view.live.plots import SPAN, History, Plots
-from door_impact_view.live.state import STALE, Stamped, State
+from door_impact_view.live.state import STALE, Body, Stamped, State
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -54,6 +54,20 @@ def test_a_sensor_that_is_silent_has_no_value(plots: Plots) -> None:
     _, left, right = plots.shown["vertical force on the feet [N]"].history.curves()
     np.testing.assert_array_equal(left, [200.0, np.nan])
     np.testing.assert_array_equal(right, [300.0, 300.0])
+
+
+def test_any_joint_reading_or_force_can_be_plotted_besides(plots: Plots) -> None:
+    """One at a time."""
+    state = State(
+        robot=Body(joints={"knee": 0.5}), now=1.0, forces={"sole": Stamped(1.0, np.ones(3))},
+        imu=Stamped(1.0, np.array([0.0, 0.0, np.pi, 0.0, 0.0, 9.8])))
+    for name, values in (("knee [deg]", [np.degrees(0.5)]), ("force on sole [N]", [1.0] * 3),
+                         ("IMU: angular velocity [deg/s]", [0.0, 0.0, 180.0])):
+        plots.add(state)
+        plots._choice.value = name
+        plots.add(state)
+        np.testing.assert_allclose(np.ravel(plots.shown[name].history.curves()), [0.0, *values])
+        assert len(plots.shown) == 2  # the other one is that of the feet
 
 
 # Stamps are whole nanoseconds; times nearer to each other need not differ after a subtraction.

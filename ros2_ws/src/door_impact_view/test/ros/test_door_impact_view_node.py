@@ -21,8 +21,8 @@ from rclpy.action import ActionClient, ActionServer
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.task import Future
-from sensor_msgs.msg import JointState
-from std_msgs.msg import String
+from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -82,7 +82,7 @@ def rig(*arguments: str) -> Iterator[Rig]:
 
 def publish_motion(node: Any, prefix: str = "") -> Callable[[float], None]:
     """Return a function that publishes all that moves, with a door angle [rad]."""
-    topics = {"joint_states": JointState, "door_angle": JointState, "zmp": PointStamped,
+    topics = {"joint_states": JointState, "imu": Imu, "door_angle": JointState, "zmp": PointStamped,
               "com": PointStamped, "support_polygon": PolygonStamped, "/tf": TFMessage}
     publishers = {name: node.create_publisher(kind, name, 10) for name, kind in topics.items()}
     stamps = count(20_000_000, 20_000_000)
@@ -98,7 +98,7 @@ def publish_motion(node: Any, prefix: str = "") -> Callable[[float], None]:
         base = TransformStamped()
         base.header.frame_id, base.child_frame_id = f"{prefix}odom", f"{prefix}base_link"
         base.transform.translation.z, base.transform.rotation.w = 0.65, 1.0
-        for name, message in {"joint_states": joints, "door_angle": door, "zmp": zmp,
+        for name, message in {"joint_states": joints, "imu": Imu(), "door_angle": door, "zmp": zmp,
                               "com": com, "support_polygon": polygon}.items():
             message.header.stamp = stamp
             publishers[name].publish(message)
@@ -114,6 +114,7 @@ def test_robot_and_points_move_as_the_topics_say(prefix: str, arguments: tuple[s
     with rig(*arguments) as r:
         description = r.other.create_publisher(String, "robot_description", LATCHED)
         description.publish(String(data=HRP2))
+        r.other.create_publisher(Bool, "sim/paused", LATCHED).publish(Bool(data=True))
         publish = publish_motion(r.other, prefix)
         page = r.open_page()
         base = "/robot"
@@ -127,7 +128,11 @@ def test_robot_and_points_move_as_the_topics_say(prefix: str, arguments: tuple[s
         assert page.nodes[base]["position"] == pytest.approx([0, 0, 0.65])
         assert page.nodes["/balance/com"]["position"] == pytest.approx([0.02, 0, 0.8])
         assert page.nodes["/balance/zmp"]["position"][:2] == pytest.approx([0.01, 0])
-        r.until(lambda: "ZMP margin 90 mm" in page.text(), lambda: publish(0.1))
+        r.until(lambda: "ZMP margin 90 mm" in page.text() and "paused" in page.text()
+                and page.has("also plot"), lambda: publish(0.1))
+        page.enter("also plot", "IMU: specific force [m/s²]")
+        r.until(lambda: any(each.get("title") == "IMU: specific force [m/s²]"
+                            for each in page.elements.values()), lambda: publish(0.1))
 
 
 def test_without_a_browser_nothing_is_subscribed() -> None:

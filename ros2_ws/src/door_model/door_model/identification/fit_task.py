@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from door_model.checks import require_not_negative
 from door_model.door.closer import FourBarCloser
 from door_model.errors import BadRecordingError, DoorParameterError, NoFitError, NoSwingError
-from door_model.identification.odd_swings import CommonFit, fit_common, warnings_about
+from door_model.identification.odd_swings import CHANGED, CommonFit, fit_common, warnings_about
 from door_model.identification.parameters import ratio_bounds
 from door_model.identification.trajectory_fit import EXTRAS, OPENING, SWING, RatioFit, fit_ratios
 from door_model.recording.checks import missing_rows, standing, zero_doubts
@@ -141,8 +141,8 @@ class FitTask:
         both = None
         try:
             both, warnings = self._with_closing(swings)
-        except NoFitError:
-            if self.window is Window.SWING:
+        except NoFitError as error:
+            if self.window is Window.SWING or error.reason == CHANGED:
                 raise
         if both is not None and (
             self.window is Window.SWING or both.fit.rmse <= _GOOD * self.grain):

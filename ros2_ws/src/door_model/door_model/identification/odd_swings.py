@@ -11,6 +11,7 @@ from door_model.errors import NoFitError
 from door_model.identification.trajectory_fit import RatioFit, fit_ratios
 from door_model.recording.swings import FreeSwing
 
+CHANGED = "closer_changed"  # reason of an error
 _GAIN = 0.5  # a swing is left out if that brings the residuals below this share of theirs
 _MOST_TRIED = 12  # largest number of swings that are left out on trial in a round
 _LEAST_LEFT = 3  # no swing is left out of this number: the odd one could not be recognised
@@ -51,7 +52,7 @@ def fit_common(
 
     Raises:
         NoFitError: The swings cannot be fitted, even without the worst ones, or the closer was
-            changed between two of them.
+            changed between two of them, with the reason `CHANGED`.
     """
     kept = list(swings)
     out: list[FreeSwing] = []
@@ -71,16 +72,23 @@ def fit_common(
         fit = trials[best]
     if len(out) > 1 or _rmse(fit) > good_rmse:
         limit = min(good_rmse, _APART * _rmse(of_all))
-        for place in range(2, len(swings) - 1):
-            parts = swings[:place], swings[place:]
-            if all(_rmse(_tried(linkage, part, free, zero_std, known)) <= limit for part in parts):
-                before, after = (", ".join(f"{swing.t[0]:.1f}" for swing in part) for part in parts)
-                raise NoFitError(
-                    f"the swings at {before} s agree with each other, and so do those at {after} "
-                    "s, but not with them: was the closer or the linkage changed in between? "
-                    "Identify each from a recording of its own",
-                    quantity="root mean square of the residuals of all [rad]",
-                    value=_rmse(of_all), limit=limit)
+        parts = [list(swings[:2])]  # swings that follow each other and agree
+        for swing in swings[2:]:
+            more = [*parts[-1], swing]
+            if len(more) == 2 or _rmse(_tried(linkage, more, free, zero_std, known)) <= limit:
+                parts[-1] = more
+            else:
+                parts.append([swing])
+        if len(parts) > 1 and all(
+                len(part) > 1 and _rmse(_tried(linkage, part, free, zero_std, known)) <= limit
+                for part in parts):
+            before, *after = (", ".join(f"{swing.t[0]:.1f}" for swing in part) for part in parts)
+            raise NoFitError(
+                f"the swings at {before} s agree with each other, and so do those at "
+                f"{' s, and those at '.join(after)} s, but not with them: was the closer or the "
+                "linkage changed in between? Identify each from a recording of its own",
+                quantity="root mean square of the residuals of all [rad]",
+                value=_rmse(of_all), limit=limit, reason=CHANGED)
     if isinstance(fit, NoFitError):
         raise fit
     return CommonFit(fit, kept, out)
@@ -106,6 +114,7 @@ def warnings_about(left_out: Sequence[FreeSwing]) -> list[str]:
     """Return a warning about each swing that was left out."""
     return [
         f"the swing at {swing.t[0]:.1f} s ({math.degrees(float(swing.theta.max())):.1f} deg) was "
-        "left out: it does not move as the others do; was the door touched?"
+        "left out: it does not move as the others do; was the door touched, or the "
+        "closer changed?"
         for swing in left_out
     ]

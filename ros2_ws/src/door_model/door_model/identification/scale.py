@@ -31,6 +31,7 @@ _LARGEST_FORCE = 1e4  # largest accepted force [N]
 _LARGEST_IMPULSE = 1e4  # largest accepted angular impulse [N m s]
 _LONGEST_LEVER = 3.0  # longest accepted lever [m]
 _APART = 9.0  # readings contradict each other if their variance is larger by this factor
+_RADIANS = 1.6  # angles below this number are probably in radians [deg]
 _MOVED = 3.0  # largest angle of a shut door [counts]
 
 
@@ -109,8 +110,8 @@ class ForceReading:
         lever_std: Standard deviation of the lever [m].
 
     Raises:
-        DoorParameterError: Force, lever or force_std is not positive, lever_std is negative, or
-            force or lever is implausibly large.
+        DoorParameterError: Force, lever or force_std is not positive, angle or lever_std is
+            negative, or force or lever is implausibly large.
     """
 
     angle: float
@@ -123,7 +124,8 @@ class ForceReading:
         """Check the numbers."""
         for name in ("force", "lever", "force_std"):
             require_positive(name, getattr(self, name))
-        require_not_negative("lever_std", self.lever_std)
+        for name in ("angle", "lever_std"):
+            require_not_negative(name, getattr(self, name))
         if self.force > _LARGEST_FORCE:
             raise DoorParameterError("force", self.force, f"up to {_LARGEST_FORCE:g} N")
         if self.lever > _LONGEST_LEVER:
@@ -186,11 +188,12 @@ class ForceGauge:
         doubts: tuple[str, ...] = () if excess < _APART else (
             "the readings of the force gauge contradict each other by "
             f"{math.sqrt(excess):.1f} times their standard deviations",)
-        widest = math.degrees(float(angles.max()))
-        if 0.0 < widest < 0.5 * math.pi:  # [deg], a number that angles have in radians
+        opened = np.degrees(angles[angles > 0.0])
+        small = float(np.max(opened[opened < _RADIANS], initial=0.0))
+        if small and (doubts or small == opened.max()):
             doubts += (
-                f"the force gauge was read at {widest:g} deg: if that is {widest:g} rad, give "
-                f"{math.degrees(widest):.1f} deg",)
+                f"the force gauge was read at {small:g} deg: if that is {small:g} rad, give "
+                f"{math.degrees(small):.1f} deg",)
         plural = "" if len(torque) == 1 else "s"
         return Scale(
             i_a, std, f"{len(torque)} reading{plural} of a force gauge", by_pull @ slopes, doubts)

@@ -54,10 +54,10 @@ class Bag:
         """Find the topics in the contents of MCAP files, in order of time."""
         self._files = files
         self._store = get_typestore(Stores.EMPTY)
-        self._texts: dict[str, str] = {}  # definitions of types
+        self._texts: dict[str, bytes] = {}  # definitions of types
         found = dict[Connection, None]()
         for schema, channel, _ in self._scan():
-            self._texts[schema.name] = schema.data.decode()
+            self._texts[schema.name] = schema.data
             found[_connection(channel, schema)] = None
         self.connections = list(found)
 
@@ -74,7 +74,7 @@ class Bag:
     def deserialize(self, data: bytes, kind: str) -> Any:
         """Return the message of a type that a content is."""
         if kind not in self._store.fielddefs:
-            self._store.register(get_types_from_msg(self._texts[kind], kind))
+            self._store.register(get_types_from_msg(self._texts[kind].decode(), kind))
         return self._store.deserialize_cdr(data, kind)
 
     def _scan(self) -> Iterator[tuple[Schema, Channel, Message]]:
@@ -163,11 +163,11 @@ def _contents(path: Path) -> list[bytes]:
         InputError: A file cannot be read, there is none, or all together are too large.
     """
     if not path.is_dir():
-        content = read_file(path)
+        content = _unpacked(read_file(path))
         for start, kind in _OTHERS.items():
             if content.startswith(start):
                 raise InputError(shown(path), f"is {kind}, no MCAP file: {_CONVERT}")
-        return [_unpacked(content)]
+        return [content]
     contents, left = list[bytes](), LARGEST_FILE
     files = [*path.glob("*.mcap"), *path.glob("*.mcap.zstd")]
     for file in sorted(files, key=lambda each: (len(each.name), each.name)):
@@ -239,7 +239,8 @@ def read_mcap(path: str | Path, topic: str | None = None) -> Recording:
         BadRecordingError: The file cannot be read, or has no such topic.
         DoorParameterError: A batch has no positive period or counts_per_turn.
     """
-    found, batches = read_batches(path, (topic,) if topic else (SAMPLES, COUNTS))
+    found, batches = read_batches(
+        path, (f"/{topic.removeprefix('/')}",) if topic else (SAMPLES, COUNTS))
     store = SampleStore(math.inf)
     for batch in batches:
         store.add(batch)

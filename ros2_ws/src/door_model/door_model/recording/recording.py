@@ -24,10 +24,12 @@ from door_model.recording.sensor import opening
 
 COUNTS_PER_TURN = 14400  # counts in a turn of the paper's encoder: 3600 lines, quadrature
 _VALUES = ("count", "angle_deg")
-_CLOCKS = tuple(2**bits * unit for bits in (16, 32) for unit in (1e-6, 1e-3))  # their ranges [s]
+# Ranges of clocks [s]: of so many bits that count microseconds to milliseconds.
+_CLOCKS = tuple(2**bits / rate for bits in (16, 24, 31, 32) for rate in (1e6, 1e5, 1e4, 1e3))
 _LONGEST_STEP = 10.0  # longest step with which a clock begins anew [steps]
 # Thousands are separated by blanks or apostrophes, by one decimal sign before another, ...
 _GROUPED = re.compile(r"\d['’\s]\d{3}|\d[.,]\d{3}[.,]")
+_ROUNDED = re.compile(r"[-+]?\d\.\d\de\+?0*[1-9]\d*", re.IGNORECASE)  # 1.25E+01
 _GROUPED_COUNT = re.compile(r"[1-9][.,]\d{3}$|[1-9]\d{1,2}[.,]\d{3}$")  # ... or in whole numbers
 
 
@@ -248,6 +250,8 @@ def _numbers(
         raise ValueError(f"{text!r} is not a number") from None
     if not (math.isfinite(time) and math.isfinite(value)):
         raise ValueError(f"{text!r} is not finite")
+    if _ROUNDED.fullmatch(cells[1].strip().replace(",", ".")):
+        raise ValueError(f"{text!r} is rounded to three digits, as by a spreadsheet: write all")
     if kind == "count" and value != int(value):
         raise ValueError(f"count {value:g} is not a whole number")
     return time, value

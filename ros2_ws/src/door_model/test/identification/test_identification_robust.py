@@ -130,9 +130,9 @@ def test_a_batch_of_garbage_is_named_and_left_out(good: Recording) -> None:
 
 
 def test_missing_rows_whose_times_were_numbered_anew(good: Recording) -> None:
-    """The one swing that lacks 50 rows is left out; 20 missing rows of each 400 are refused."""
+    """A swing that lacks 50 rows is left out; 20 of each 400, and each tenth, are refused."""
     number = np.arange(len(good.t))
-    for kept in (abs(number - 15325) > 25, number % 400 >= 20):
+    for kept in (abs(number - 15325) > 25, number % 400 >= 20, number % 10 > 0):
         short = replace(good, t=number[: kept.sum()] * PERIOD, theta=good.theta[kept])
         if kept[0]:
             result = identify(short, PAPER.closer, EXACT)
@@ -160,14 +160,19 @@ def test_a_door_that_is_held_open_is_named_and_the_rest_is_used(
         assert torque_error(result) < 0.01
 
 
-def test_a_closer_that_was_changed_between_two_swings_is_named() -> None:
+@pytest.mark.parametrize(("window", "shares", "rest"), [
+    (Window.OPENING, (1.2,), ""), (Window.AUTO, (1.2, 0.9), r", and those at 1\d.\d, 1\d.\d s")])
+def test_a_closer_that_was_changed_between_two_swings_is_named(
+    window: Window, shares: tuple[float, ...], rest: str
+) -> None:
     """Swings that agree among themselves and not with the others are named by their times."""
-    stiff = replace(PAPER, tau_c0_prime=1.2 * PAPER.tau_c0_prime)
-    parts = [synthetic_recording(door, np.radians([15.0, 24.0])) for door in (PAPER, stiff)]
+    doors = [PAPER, *(replace(PAPER, tau_c0_prime=share * PAPER.tau_c0_prime) for share in shares)]
+    parts = [synthetic_recording(door, np.radians([15.0, 24.0])) for door in doors]
     theta = np.concatenate([part.theta for part in parts])
     both = Recording(np.arange(len(theta)) * PERIOD, theta, RESOLUTION)
-    with pytest.raises(NoFitError, match=r"at 0.5, 3.\d s agree .* 7.\d, 10.\d s, but not with"):
-        identify(both, PAPER.closer, EXACT, window=Window.OPENING)
+    match = rf"at 0.5, 3.\d s agree .* 7.\d, 10.\d s{rest}, but not with"
+    with pytest.raises(NoFitError, match=match):
+        identify(both, PAPER.closer, EXACT, window=window)
 
 
 @given(st.floats(-9.0, 9.0), st.floats(0.1, 30.0), st.floats(0.0, 1.0))

@@ -47,8 +47,10 @@ def test_a_force_gauge_fixes_the_scale(recording: Recording) -> None:
     assert result.std_of("i_a") / result.door.i_a == pytest.approx(
         one.torque_std / one.torque / math.sqrt(len(angles)), rel=0.3)
     assert result.warnings == []
-    typed = ForceGauge([ForceReading(math.radians(0.35), reading(0.35).force, 0.8)])
-    assert any("if that is 0.35 rad, give 20.1 deg" in w for w in run(recording, typed).warnings)
+    typed = ForceReading(math.radians(0.35), reading(0.35).force, 0.8)
+    for rows in ([typed], [reading(0.4), typed]):
+        said = run(recording, ForceGauge(rows)).warnings
+        assert any("if that is 0.35 rad, give 20.1 deg" in text for text in said)
 
 
 def test_torque_at_a_reading_is_known_as_well_as_the_reading(recording: Recording) -> None:
@@ -84,7 +86,8 @@ def test_inertia_as_given(recording: Recording) -> None:
 
 def test_readings_that_cannot_be_or_contradict(recording: Recording) -> None:
     """Degrees and centimetres are refused; contradictions widen the answer and are said."""
-    for wrong in (lambda: ForceReading(0.1, 7.0, 85.0), lambda: KnownImpulse(8.0, 0.1, 1.4),
+    for wrong in (lambda: ForceReading(0.1, 7.0, 85.0), lambda: ForceReading(-0.1, 7.0, 0.8),
+                  lambda: KnownImpulse(8.0, 0.1, 1.4),
                   lambda: run(recording, ForceGauge([ForceReading(10.0, 7.0, 0.8)]))):
         with pytest.raises((DoorParameterError, LinkageError, NoScaleError)):
             wrong()

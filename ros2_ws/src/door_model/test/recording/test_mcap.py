@@ -102,22 +102,25 @@ def test_a_topic_can_be_chosen(tmp_path: Path) -> None:
               for name, sign in (("left", -1), ("right", 1))}
     path = bag(tmp_path / "bag", topics)
     for topic in topics:
-        np.testing.assert_allclose(read_mcap(path, topic).theta, SWINGS.theta, atol=1e-9)
+        np.testing.assert_allclose(read_mcap(path, topic[1:]).theta, SWINGS.theta, atol=1e-9)
     with pytest.raises(BadRecordingError, match=r"--topic .* /left/door_encoder/counts, /right"):
         read_mcap(path)
 
 
 @pytest.mark.parametrize(("start", "match"), [
     (b"#ROSBAG V2.0\n", r"a bag of ROS 1, .* `rosbags-convert"),
-    (b"SQLite format 3\0", "a bag of ROS 2 in SQLite"), (b"", "messages in json, must be cdr")])
+    (b"SQLite format 3\0", "a bag of ROS 2 in SQLite"), (b"", "messages in json, must be cdr"),
+    (zstandard.compress(b"SQLite format 3\0"), "a bag of ROS 2 in SQLite")])
 def test_other_formats_are_named(tmp_path: Path, start: bytes, match: str) -> None:
-    """The error says which format a file has and what to do; JSON may have no schema."""
+    """The error names the format and what to do; JSON has no schema, protobuf one in bytes."""
     path = tmp_path / "run.mcap"
     with path.open("wb") as stream:
         stream.write(start)
         writer = McapWriter(stream)
         writer.start()
-        writer.add_message(writer.register_channel(SAMPLES, "json", 0), 1, b"{}", 1)
+        other = writer.register_channel("/x", "", writer.register_schema("x", "", b"\xff"))
+        for channel in (writer.register_channel(SAMPLES, "json", 0), other):
+            writer.add_message(channel, 1, b"{}", 1)
         writer.finish()
     with pytest.raises(BadRecordingError, match=match):
         read_mcap(path)

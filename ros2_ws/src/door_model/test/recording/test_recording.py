@@ -118,6 +118,7 @@ def test_files_of_spreadsheets_and_loggers_are_read(
     ("time_s,count\n0,0\n0,1\n.01,2\n.01,3\n", 3, "2 of 4 times repeat .* 0.01 s: .* coarse"),
     ("time_s,count\n1.00E+01,0\n1.00E+01,1\n1.00E+01,2\n", 3, "a spreadsheet has rounded"),
     ('time_s,count\n0,0\n1,"1,234"\n', 3, "thousands"),
+    ("time_s;angle_deg\n0;0\n1;1,25E+01\n", 3, "rounded to three digits"),
     ("time_s;count\n0,1;1.000\n", 2, "thousands"), ("time_s;count\n1 000,5;0\n", 2, "thousands")])
 def test_errors_name_file_and_line(tmp_path: Path, text: str, line: int, match: str) -> None:
     path = tmp_path / "recording.csv"
@@ -127,10 +128,10 @@ def test_errors_name_file_and_line(tmp_path: Path, text: str, line: int, match: 
     assert (caught.value.line, caught.value.source) == (line, str(path))
 
 
-@pytest.mark.parametrize("modulus", [2**16 * 1e-3, 2**32 * 1e-6])
+@pytest.mark.parametrize("modulus", [2**16 * 1e-3, 2**32 * 1e-6, 2**24 * 1e-4])
 def test_a_clock_that_begins_anew_and_a_last_line_that_was_cut_off(
         tmp_path: Path, modulus: float) -> None:
-    """Times go on behind the range of 16 bits of ms or 32 of us; half a line is left out."""
+    """Times go on behind the range of the clock, of so many bits; half a line is left out."""
     path, t = tmp_path / "log.csv", np.arange(100) * 1e-3
     lines = [f"{(time + modulus - 0.05) % modulus:.6f},{n}" for n, time in enumerate(t)]
     path.write_text("\n".join(["time_s,count", *lines, "0.0"]))

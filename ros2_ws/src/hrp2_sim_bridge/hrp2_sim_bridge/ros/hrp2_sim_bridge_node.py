@@ -23,13 +23,15 @@ from geometry_msgs.msg import WrenchStamped
 from hrp2_description.robot import SIDES, load_robot_config
 from humanoid_motion.driver_interface import TickSample
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from robot_driver.errors import TrajectoryRefusedError
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
-from std_msgs.msg import Header, String
-from std_srvs.srv import Trigger
+from std_msgs.msg import Bool, Header, String
+from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
-from hrp2_sim_bridge.errors import SecondDriverError, TrajectoryRefusedError
+from hrp2_sim_bridge.control.servo import Servo
+from hrp2_sim_bridge.errors import SecondDriverError
 from hrp2_sim_bridge.log import check_writable
 from hrp2_sim_bridge.ros import messages as convert
 from hrp2_sim_bridge.ros.parameters import BridgeParameters
@@ -83,10 +85,13 @@ class Company:
 
     Args:
         clock: Function that returns the real time [s].
+        ahead: By how much the simulation is ahead of that node at most [s].
     """
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
-        self._clock = clock
+    def __init__(
+        self, clock: Callable[[], float] = time.monotonic, ahead: float = _AHEAD
+    ) -> None:
+        self._clock, self._ahead = clock, ahead
         self.leave()
 
     def leave(self) -> None:
@@ -102,7 +107,7 @@ class Company:
 
     def waits(self, now: float) -> bool:
         """Whether a simulation at a time [s] must wait; not for a node that comes no farther."""
-        return now > self._stamp + _AHEAD and self._clock() < self._since + _PATIENCE
+        return now > self._stamp + self._ahead and self._clock() < self._since + _PATIENCE
 
 
 class SimBridge(GuardedNode):
@@ -130,6 +135,7 @@ class SimBridge(GuardedNode):
             self.world.robot_config, imu_variances(self.world.settings.sensors),
             self._options.text("frame_prefix"))
         self._pacer, self._company = Pacer(self._options.speed()), Company()
+        self._controller = Company(ahead=0.5 * TICK)
         self._encoder = SampleBatcher(
             period_ns=round(SAMPLE * 1e9), size=ENCODER_BATCH, counts_per_turn=COUNTS_PER_TURN)
         self._accepted, self._refused = 0, 0
@@ -137,12 +143,19 @@ class SimBridge(GuardedNode):
         self._fall_reported = False
         self._ticks = 0
         self._make_publishers()
-        self.create_subscription(JointTrajectory, "joint_trajectory", self._on_trajectory, QUEUE)
+        self._pause(False)
+        if self.world.settings.servo:
+            self.create_subscription(JointState, "sim/joint_commands", self._on_command, QUEUE)
+        else:
+            self.create_subscription(
+                JointTrajectory, "joint_trajectory", self._on_trajectory, QUEUE)
         self.create_subscription(HandCompliance, "hand_compliance", self._on_compliance, QUEUE)
         self.create_subscription(
             Header, "sim/handled", lambda message: self._company.handled(seconds(message.stamp)),
             QUEUE)
         self.create_service(Trigger, "sim/reset", self._on_reset)
+        self.create_service(SetBool, "sim/pause", self._on_pause)
+        self.create_service(Trigger, "sim/step", self._on_step)
         self.create_service(PushDoor, "sim/push_door", self._on_push)
         self.create_service(PushRobot, "sim/push_robot", self._on_push_robot)
         self.create_service(Trigger, "~/stop", self._on_stop)
@@ -151,17 +164,21 @@ class SimBridge(GuardedNode):
     def _make_publishers(self) -> None:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self._clock_topic = self.create_publisher(Clock, "/clock", QUEUE)
-        self._joints = self.create_publisher(JointState, "joint_states", QUEUE)
+        # Below a controller its broadcaster publishes joint_states.
+        self._joints = self.create_publisher(
+            JointState, "sim/joint_states" if self.world.settings.servo else "joint_states", QUEUE)
         self._imu = self.create_publisher(Imu, "imu", QUEUE)
         ends = ["foot"] if self.world.robot_config.wrist_sensors is None else ["foot", "wrist"]
         self._wrenches = [
             self.create_publisher(WrenchStamped, f"{side}_{end}/wrench", QUEUE)
             for end in ends for side in SIDES]
         self._counts = self.create_publisher(EncoderSamples, "door_encoder/counts", QUEUE)
-        self._description = self.create_publisher(String, "robot_description", latched)
+        self._paused = self.create_publisher(Bool, "sim/paused", latched)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", QUEUE)
-        urdf = self.world.robot_config.urdf_path.read_text(encoding="utf-8")
-        self._description.publish(String(data=urdf))
+        if not self.world.settings.servo:  # that of ros2_control has tags
+            self._description = self.create_publisher(String, "robot_description", latched)
+            self._description.publish(
+                String(data=self.world.robot_config.urdf_path.read_text(encoding="utf-8")))
 
     def run(self) -> None:
         """Step the world until the context ends; then write the log if `log_file` is set.
@@ -175,9 +192,12 @@ class SimBridge(GuardedNode):
             with executor_of(self) as executor:
                 while rclpy.ok():
                     self._publish(self.world.step())
+                    self._left -= 1.0
                     self._pacer.advance(TICK)
                     spin_for(executor, self._pacer.wait())
-                    while self._company.waits(self.world.time) and rclpy.ok():
+                    while rclpy.ok() and (self._left < 1.0
+                                          or self._company.waits(self.world.time)
+                                          or self._controller.waits(self.world.time)):
                         spin_for(executor, _LOOK)
         finally:
             self._finish()
@@ -188,7 +208,8 @@ class SimBridge(GuardedNode):
     def _publish(self, sample: TickSample) -> None:
         now, messages = self._now_ns(), self._messages
         messages.fill(now, sample)
-        if self._ticks % CLOCK_TICKS == 0:
+        if (self.world.settings.servo or self._left < math.inf
+                or self._ticks % CLOCK_TICKS == 0):
             self._clock_topic.publish(Clock(clock=messages.stamp))
         self._joints.publish(messages.joints)
         for publisher, message in zip(self._wrenches, messages.wrenches, strict=True):
@@ -236,6 +257,15 @@ class SimBridge(GuardedNode):
             self._accepted += 1
             self._refusal = ""
 
+    def _on_command(self, message: JointState) -> None:
+        """Take the command of a controller, which makes one after each message on /clock."""
+        order = {name: column for column, name in enumerate(message.name)}
+        names = self.world.robot_config.joint_names
+        if isinstance(self.world.driver, Servo) and set(names) <= set(order) and len(
+                message.position) == len(order):
+            self.world.driver.command(np.array([message.position[order[name]] for name in names]))
+            self._controller.handled(self.world.time)
+
     def _on_compliance(self, message: HandCompliance) -> None:
         try:
             self.world.comply(message.side, message.stiffness, message.damping, message.mass)
@@ -247,9 +277,28 @@ class SimBridge(GuardedNode):
         response.success, response.message = True, "braking, then holding still"
         return response
 
+    def _pause(self, paused: bool) -> None:
+        """Let time stand still, or go on; who watches over silence is told that it is no fault."""
+        self._left = 0.0 if paused else math.inf  # ticks that may be made
+        self._paused.publish(Bool(data=paused))
+
+    def _on_pause(self, request: Any, response: Any) -> Any:
+        self._pause(request.data)
+        response.success, response.message = True, f"now at {self.world.time:.3f} s"
+        return response
+
+    def _on_step(self, _: Any, response: Any) -> Any:
+        self._left += 1.0
+        response.success = self._left < math.inf
+        response.message = (f"goes on by {1e3 * TICK:g} ms" if response.success else
+                            "the simulation is not paused: call sim/pause first")
+        return response
+
     def _on_reset(self, _: Any, response: Any) -> Any:
         self.world.reset()
+        self._pause(False)
         self._company.leave()
+        self._controller.leave()
         self._encoder.restart()  # the door is shut, so that door_encoder can take its zero again
         self._refusal, self._fall_reported = "", False
         self._ticks = 0

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from humanoid_motion.driver_interface import TrajectoryArrays
+from robot_driver.errors import TrajectoryRefusedError
 
 
 @pytest.fixture(scope="module")

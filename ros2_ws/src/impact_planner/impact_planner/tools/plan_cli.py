@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from door_impact_common.drawing import is_drawn
 from door_impact_common.errors import DoorImpactError
+from door_impact_common.files import draw_into, run_command
 from door_model.door.config import door_names, load_door
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
@@ -60,23 +60,22 @@ def build_parser() -> argparse.ArgumentParser:
 def main(args: list[str] | None = None) -> int:
     """Run the command, and return its exit status: 0, or 1 with the reason on stderr."""
     options = build_parser().parse_args(args)
+    return run_command("plan", lambda: _answer(options))
+
+
+def _answer(options: argparse.Namespace) -> str:
+    robot = RobotModel(load_robot_config(options.robot))
     try:
-        robot = RobotModel(load_robot_config(options.robot))
         plan = _plan(options, robot)
-    except DoorImpactError as error:
-        print(f"plan: {error}", file=sys.stderr)
-        return 1
     except (ValueError, ArithmeticError, np.linalg.LinAlgError, MemoryError) as error:
         if options.robot is None:
             raise
-        print(f"plan: no hit can be planned for the robot of {options.robot}: {error}",
-              file=sys.stderr)
-        return 1
-    if options.plot is not None and not _drawn(plan, robot, options.plot):
-        return 1
-    print(json.dumps(finite(plan_object(plan)), allow_nan=False) if options.json
-          else plan_text(plan))
-    return 0
+        raise DoorImpactError(
+            f"no hit can be planned for the robot of {options.robot}: {error}") from error
+    if options.plot is not None:
+        draw_into(options.plot, lambda: _draw(plan, robot, options.plot))
+    return json.dumps(finite(plan_object(plan)), allow_nan=False) if options.json else (
+        plan_text(plan))
 
 
 def _plan(options: argparse.Namespace, robot: RobotModel) -> ImpactPlan:
@@ -98,14 +97,10 @@ def _plan(options: argparse.Namespace, robot: RobotModel) -> ImpactPlan:
     return plan_impact(request, KnownDoor.configured(config), robot, settings)
 
 
-def _drawn(plan: ImpactPlan, robot: RobotModel, path: Path) -> bool:
-    """Draw the plan, and return whether that succeeded; a failure is printed on stderr."""
-    def draw() -> None:
-        from impact_planner.tools.plotting import draw_plan
+def _draw(plan: ImpactPlan, robot: RobotModel, path: Path) -> None:
+    from impact_planner.tools.plotting import draw_plan
 
-        draw_plan(plan, robot, path)
-
-    return is_drawn("plan", path, draw)
+    draw_plan(plan, robot, path)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from door_impact_common.arrays import Array
-from humanoid_motion.driver_interface import Command
 from humanoid_motion.splice import concatenate, duration, slowed
 from robot_driver.motion import Outcome
 
@@ -55,7 +54,7 @@ class Waiting(State):
         parts.append(there_and_back(path, run.settings.goes_back, back))
         sent = Reference(stamp, concatenate(parts))
         state = Approach.of(run, self.phase, sent, at + duration(path), self.probe)
-        return Reaction(state, (Command(*sent),))
+        return Reaction(state, (sent.from_here(now),))
 
     def progress(self, now: float) -> float:
         """Share of the first phase that has passed, which is 0."""

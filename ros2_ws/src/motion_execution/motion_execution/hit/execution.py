@@ -17,13 +17,14 @@ present state; every command passes `_enter` on its way to the driver.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from door_impact_common.arrays import Array
 from humanoid_motion import samples
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.samples import ImuSample
 from impact_planner.errors import InvalidRequest
-from robot_driver.motion import Motion, failed, silent
+from robot_driver.motion import Motion, Outcome, failed, silent
 
 from motion_execution.hit.approach import Waiting
 from motion_execution.hit.contact import ContactDetector
@@ -198,6 +199,13 @@ class Execution(Motion):
         """Handle a topic without a message for a time [s] that exceeds its limit [s]."""
         return self._enter(
             self._state.on_silence(now, silent(topic, waited, limit)))
+
+    def on_refusal(self, now: float, why: str) -> list[Command]:
+        """Handle a command that the controller does not follow, for a reason in words."""
+        state, commands = self._state.on_silence(now, why)
+        if state.outcome is Outcome.STOPPED:
+            state = replace(state, outcome=Outcome.NOT_FOLLOWED)
+        return self._enter(Reaction(state, commands))
 
     def on_failure(self, now: float, error: Exception) -> list[Command]:
         """Handle an error of the program: stop the driver if the robot keeps its balance.

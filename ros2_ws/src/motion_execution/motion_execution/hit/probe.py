@@ -232,4 +232,4 @@ class Returning(_Probing):
             run_up, run.settings.goes_back, run.settings.back_from_miss))
         return Reaction(
             RunUp(run=run, phase=RUN_UP, begin=stamp, end=stamp + duration(run_up), sent=sent),
-            (Command(*sent),))
+            (sent.from_here(now),))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +43,10 @@ class Reference(NamedTuple):
     def end(self) -> float:
         """Time of the robot's clock at which the trajectory ends [s]."""
         return self.stamp + float(self.knots.time[-1])
+
+    def from_here(self, now: float) -> Command:
+        """Command with which the driver goes to the first posture until the trajectory begins."""
+        return Command(now, replace(self.knots, time=self.knots.time + (self.stamp - now)))
 
     def position(self, now: float) -> Array:
         """Joint positions at a time of the robot's clock, (J,) [rad]."""

@@ -11,8 +11,11 @@ from hrp2_description.support import polygon_margin, support_polygon
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.tolerances import STILL
+from robot_driver.errors import TrajectoryRefusedError
 from robot_driver.motion import Motion
 from robot_driver.names import IMU, JOINTS
+from robot_driver.trajectory_checks import JointLimits
+from robot_driver.trajectory_guard import TrajectoryGuard
 from walking.errors import NotReady
 from walking.footsteps.footstep import Stance
 
@@ -49,6 +52,9 @@ class Body:
         self.motion: Motion | None = None
         self.idle: Motion | None = None
         self.commanded: Array | None = None
+        config = model.config
+        self._guard = TrajectoryGuard(JointLimits(
+            config.joint_names, config.lower, config.upper, config.velocity_limit))
 
     # -- measurements ---------------------------------------------------------------------------
 
@@ -128,10 +134,40 @@ class Body:
     # -- motions --------------------------------------------------------------------------------
 
     def send(self, command: Command) -> None:
-        """Send a trajectory to the driver."""
-        self._link.send(command)
-        if command.knots is not None:
-            self.commanded = command.knots.position[-1]
+        """Send a trajectory to the driver, if the guard lets it pass; otherwise end the motion."""
+        joints, now = self.inputs.joints, self._link.now()
+        try:
+            sent = self._guard.follow(command, now, None if joints is None else joints[1])
+        except TrajectoryRefusedError as error:
+            self.refused(f"a trajectory was refused: {error}")
+            return
+        if sent is None:
+            return
+        self._link.send(sent)
+        assert sent.knots is not None
+        self.commanded = sent.knots.position[-1]
+
+    def brake(self) -> bool:
+        """Brake what the driver still follows after a motion has ended; return whether it does."""
+        moving = self._guard.moving(self._link.now())
+        if moving:
+            self.send(Command(0.0, None))
+        return moving
+
+    def follows(self, stamp: float, reference: Array) -> None:
+        """Handle what the controller says that it follows, (J,) [rad], at a time [s].
+
+        A motion ends where that is not what the controller was sent.
+        """
+        if why := self._guard.compare(stamp, reference):
+            self.refused(why)
+
+    def refused(self, why: str) -> None:
+        """End the motion as safely as it can: the driver does not follow it, for a reason."""
+        motion = self.motion or self.idle
+        self._link.say(why, warning=True)
+        for command in motion.on_refusal(self._link.now(), why) if motion is not None else ():
+            self.send(command)
 
     def begin(
         self, order: Order, motion: Motion, command: Command, topics: Sequence[str] = STANDING

@@ -133,11 +133,14 @@ class Mission:
     # -- orders ---------------------------------------------------------------------------------
 
     def stop(self) -> str:
-        """Take all orders back, and return a sentence that says what happens; empty: nothing was.
+        """Take all orders back, and return a sentence that says what happens.
 
-        The motion under way ends as safely as it can.
+        The motion under way ends as safely as it can. Only the next goal moves the robot again.
         """
-        now, text = self._link.now(), ""
+        now = self._link.now()
+        text = ("nothing is being executed" + (
+            "; what the driver still follows is braked" if self.body.brake() else "")
+            if not self._orders else "")
         for order in self._orders:
             motion = order.motion
             if isinstance(motion, Execution):

@@ -207,7 +207,8 @@ class Passing:
         survey = self._place.survey
         if not np.isfinite(survey).all():
             raise NotReady(quantity="place of the door (door_distance, hinge_x) [m]",
-                           value=tuple(survey[:2]), limit="given as parameters")
+                           value=tuple(survey[:2]),
+                           limit="given as door_impact_bringup/config/params.yaml does")
         await self._body.wait(lambda: self._body.heard(TOPICS), PATIENCE, order)
         self._body.standing(TOPICS)  # refuses missing messages before anything is planned
 

@@ -131,17 +131,15 @@ class Walks:
             lambda: not self.guard.steps and not self._folding, math.inf, order)
 
     async def _fold(self, order: Order) -> None:
-        """Fold what the robot holds out, and let the leaf go by that.
+        """Fold the arms to the sides if they are held out, which lets a leaf in the hand go.
 
         Raises:
             NotReady: The leaf would shut onto the robot.
             MotionFailed: The arms are not folded.
         """
-        state, around = self.state(), self._place.around()
-        if self._body.model.folded_by(state.upper.value) <= NEAR:
+        state = self.state()
+        if not self._holds_out(state):
             return
-        if around is not None:
-            around.require_let_go(state.stance.middle)
         self._folding = True
         try:
             plan = await self._checked(
@@ -156,12 +154,22 @@ class Walks:
         await self._body.rest(FOLDED, order)
         self._require_newest(order)
 
+    def _holds_out(self, state: WalkState) -> bool:
+        """Return whether arms are held out, and are folded before a walk.
+
+        Raises:
+            NotReady: The leaf would shut onto the robot then.
+        """
+        around = self._place.around()
+        out = self._body.model.folded_by(state.upper.value) > NEAR
+        if out and around is not None:
+            around.require_let_go(state.stance.middle)
+        return out
+
     async def _planned(self, goal: WalkGoal, order: Order) -> WalkPlan:
         """Plan the walk from where the robot stands."""
         state, around = self.state(), self._place.around()
-        if self._body.model.folded_by(state.upper.value) > NEAR:  # before a walk it folds its arms
-            if around is not None:
-                around.require_let_go(state.stance.middle)
+        if self._holds_out(state):
             state = standing(self._body.model, state.stance)
             return await result_of(self._link.compute(
                 plan_goal, state, goal, self._settings, "", around), order)

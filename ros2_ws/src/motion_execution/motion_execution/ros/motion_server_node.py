@@ -47,8 +47,9 @@ PARAMETERS = {
     "recover_standing": (False, "whether a push on the standing robot makes it step; it then "
                          "reads the robot's messages all the time"),
     "door_distance": (math.nan, "surveyed distance of the closed leaf's face from where a hit "
-                      "begins [m]"),
-    "hinge_x": (math.nan, "surveyed x of the hinge, seen from there [m]"),
+                      "begins [m]; NaN: not surveyed, so that nobody passes the door, and walks "
+                      "know it by /door_pose alone"),
+    "hinge_x": (math.nan, "surveyed x of the hinge, seen from there, or NaN [m]"),
 }
 
 
@@ -62,10 +63,14 @@ class MotionServer(GuardedNode):
         stiffness = given.number("hand_stiffness")
         if stiffness and not STIFFNESSES[0] <= stiffness <= STIFFNESSES[1]:
             raise SettingError("hand_stiffness [N/m]", stiffness, f"0, or within {STIFFNESSES}")
-        self._link = RosLink(self, self._after)
+        self._link = RosLink(
+            self, self._after,
+            lambda stamp, reference: self._mission.body.follows(stamp, reference),
+            lambda why: self._mission.body.refused(why))
         self._mission = Mission(
             self._link.model, self._link,
-            Pose(given.value("hinge_x"), -given.value("door_distance"), 0.0),
+            Pose(given.number("hinge_x", unknown=True),
+                 -given.number("door_distance", unknown=True), 0.0),
             PassageSettings(hand_stiffness=stiffness or math.inf),
             ExecutionSettings(felt_force=given.number("felt_force"),
                               contact_deceleration=given.number("contact_deceleration")),
@@ -241,9 +246,6 @@ class MotionServer(GuardedNode):
 
     def _on_stop(self, _: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, response.message = True, self._mission.stop()
-        if not response.message:
-            self._link.stop_driver()
-            response.message = "nothing is being executed; the driver was commanded to stop"
         return response
 
     # -- the mission ----------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
@@ -10,6 +11,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
+from door_impact_common.arrays import Array
 from door_impact_common.node import GuardedNode
 from door_impact_common.parameters import FRAME_PREFIX, Parameters
 from door_impact_common.stamps import seconds
@@ -28,16 +30,15 @@ from impact_planner.errors import GoalRefused
 from impact_planner.task.known_door import KnownDoor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from robot_driver.messages import command_message
-from robot_driver.names import TRAJECTORY
 from robot_driver.topics import SILENCE, RobotTopics
 from tf2_msgs.msg import TFMessage
-from trajectory_msgs.msg import JointTrajectory
 from visualization_msgs.msg import MarkerArray
 from walking.errors import BadDoorPose, HitNotPlanned, InvalidGoal, NotReady
 from walking.footsteps.footstep import Footstep, Pose, other
 
 from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.link import HitRequest, Link
+from motion_execution.ros.controller import Controller
 from motion_execution.ros.hit_messages import hit_plan_of
 from motion_execution.ros.passage_messages import door_pose
 from motion_execution.ros.planning_process import PlanningProcess
@@ -60,8 +61,11 @@ class RosLink(Link):
     """Topics, the planner's service, and a process that plans.
 
     Args:
-        node: The node; it gets the parameters `PARAMETERS`, `stale_after` and `silent_after`.
+        node: The node; it gets the parameters `PARAMETERS`, `stale_after`, `silent_after`, and
+            those of `Controller`.
         after: As of `RobotTopics`.
+        follows: As of `Controller`.
+        refused: As of `Controller`.
 
     Attributes:
         model: The robot.
@@ -73,7 +77,8 @@ class RosLink(Link):
     """
 
     def __init__(
-        self, node: GuardedNode, after: Callable[[float, Sequence[Command]], None]
+        self, node: GuardedNode, after: Callable[[float, Sequence[Command]], None],
+        follows: Callable[[float, Array], None], refused: Callable[[str], None],
     ) -> None:
         self._node, given = node, Parameters(node, PARAMETERS)
         robot = given.text("robot_config") or None
@@ -95,7 +100,7 @@ class RosLink(Link):
         self._last_plan: Any = None
         self._numbers = itertools.count(1)  # of the passages that were planned
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._trajectory = node.create_publisher(JointTrajectory, TRAJECTORY, 10)
+        self._controller = Controller(node, self._names, self.sight, follows, refused)
         self._compliance = node.create_publisher(HandCompliance, "hand_compliance", 10)
         self._footsteps = node.create_publisher(Footsteps, "footsteps", latched)
         self._markers = node.create_publisher(MarkerArray, "footstep_markers", latched)
@@ -118,8 +123,8 @@ class RosLink(Link):
         return self._topics.now()
 
     def clock(self) -> float:
-        """Return the time of the computer's steady clock [s]."""
-        return time.monotonic()
+        """Return the time of the computer's steady clock, without pauses of a simulation [s]."""
+        return self._topics.awake
 
     def listen(self, *, on: bool) -> None:
         """Subscribe to the robot's topics, or end that."""
@@ -127,6 +132,8 @@ class RosLink(Link):
 
     def refusal(self, topics: Sequence[str]) -> tuple[str, float] | None:
         """Return why no motion with topics can begin; None if one can."""
+        if self._controller.silence:
+            return self._controller.silence, math.inf
         return self._topics.refusal(topics)
 
     def base(self) -> tuple[float, Pose] | None:
@@ -187,12 +194,8 @@ class RosLink(Link):
     # -- what is sent ---------------------------------------------------------------------------
 
     def send(self, command: Command) -> None:
-        """Publish a trajectory for the driver."""
-        self._trajectory.publish(self.sight.message(command_message(command, self._names)))
-
-    def stop_driver(self) -> None:
-        """Command the driver's own stop."""
-        self._trajectory.publish(JointTrajectory())
+        """Send a trajectory to the driver."""
+        self._controller.send(self.sight.message(command_message(command, self._names)))
 
     def comply(self, *impedance: float) -> None:
         """Let the right hand yield, [N/m, N s/m, kg]; without numbers it gets stiff."""

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from door_model.door.geometry import Frame, Leaf
 from hrp2_description.robot import SIDES
-from hrp2_sim_bridge.control.driver import TrajectoryDriver
-from hrp2_sim_bridge.control.trajectory import JointLimits
 from humanoid_motion.driver_interface import TrajectoryArrays
 from humanoid_motion.samples import ImuSample
 from hypothesis import given, settings
@@ -16,6 +14,8 @@ from hypothesis import strategies as st
 from motion_execution.walk.goal import WalkGoal, plan_goal
 from motion_execution.walk.walk import Walk
 from robot_driver.motion import Outcome
+from robot_driver.trajectory_checks import JointLimits
+from robot_driver.trajectory_driver import TrajectoryDriver
 from walking.errors import WalkInfeasible
 from walking.footsteps.footstep import Pose
 from walking.passing.doorway import Doorway

@@ -85,7 +85,7 @@ def com_over_sole(
         frame = model.getFrameId(needed(robot.config.imu_frame, "imu_frame"))
         in_base = pin.updateFramePlacement(model, data, frame).rotation
         own = pin.getFrameVelocity(model, data, frame, pin.ReferenceFrame.LOCAL).angular
-        turn = _rotation(imu.orientation) @ in_base.T
+        turn = imu.rotation @ in_base.T
         rate = turn @ in_base @ (imu.angular_velocity - own)
     x_axis = turn @ sole_in_base.rotation[:, 0]
     heading = planar_pose(0.0, 0.0, sole.yaw - math.atan2(x_axis[1], x_axis[0]))[:3, :3]
@@ -168,11 +168,6 @@ def _zmp(phase: Phase, measured: Measured) -> Array | None:
             force += float(wrench[2])
             moment += wrench[2] * np.array(place[:2])
     return moment / force if force > _BEARS else None
-
-
-def _rotation(quaternion: Array) -> Array:
-    x, y, z, w = np.asarray(quaternion, dtype=float) / np.linalg.norm(quaternion)
-    return np.asarray(pin.Quaternion(w, x, y, z).toRotationMatrix())
 
 
 @dataclass(frozen=True)

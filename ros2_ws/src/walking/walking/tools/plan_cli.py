@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sys
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -13,8 +12,7 @@ from typing import Any
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.documents import checked
-from door_impact_common.drawing import is_drawn
-from door_impact_common.errors import DoorImpactError
+from door_impact_common.files import draw_into, run_command
 from door_impact_common.palette import BLUE, GREEN, GREY, PURPLE, VERMILION
 from hrp2_description.robot import SIDES, load_robot_config, needed
 from humanoid_motion.clearance import bodies_of
@@ -84,23 +82,20 @@ def main(args: list[str] | None = None) -> int:
         Exit status: 0, or 1 after a failure, whose reason is printed on stderr.
     """
     options = build_parser().parse_args(args)
-    try:
-        robot = RobotModel(load_robot_config(options.robot))
-        bodies_of(robot)  # reads the shapes, which takes longer than planning
-        begin = perf_counter()
-        plan = _planned(robot, options)
-        planning_time = perf_counter() - begin
-    except DoorImpactError as error:
-        print(f"plan: {error}", file=sys.stderr)
-        return 1
-    if options.plot is not None and not is_drawn(
-            "plan", options.plot, lambda: draw_walk(plan, robot, options.plot)):
-        return 1
+    return run_command("plan", lambda: _answer(options))
+
+
+def _answer(options: argparse.Namespace) -> str:
+    robot = RobotModel(load_robot_config(options.robot))
+    bodies_of(robot)  # reads the shapes, which takes longer than planning
+    begin = perf_counter()
+    plan = _planned(robot, options)
+    planning_time = perf_counter() - begin
+    if options.plot is not None:
+        draw_into(options.plot, lambda: draw_walk(plan, robot, options.plot))
     if options.json:
-        print(json.dumps(plan_object(plan, robot, planning_time), allow_nan=False))
-    else:
-        print(plan_text(plan, robot, planning_time))
-    return 0
+        return json.dumps(plan_object(plan, robot, planning_time), allow_nan=False)
+    return plan_text(plan, robot, planning_time)
 
 
 def _planned(robot: RobotModel, options: argparse.Namespace) -> WalkPlan:

@@ -115,14 +115,16 @@ class View {
   constructor(data, meshes, place, failed) {
     this.place = place;
     this.scene = new REPLAY.Scene();
-    this.scene.background = new REPLAY.Color("#f4f5f7");
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    this.scene.background = new REPLAY.Color(dark ? "#4a4f57" : "#f4f5f7");
     this.camera = new REPLAY.PerspectiveCamera(40, 1, 0.05, 100);
     this.camera.up.set(0, 0, 1);
     this.scene.add(new REPLAY.HemisphereLight("#ffffff", "#8f8f8f", 2.2));
     const sun = new REPLAY.DirectionalLight("#ffffff", 1.6);
     sun.position.set(3, 2, 5);
     this.scene.add(sun);
-    const grid = new REPLAY.GridHelper(6, 24, "#a8adb5", "#d3d6db");
+    const grid = new REPLAY.GridHelper(6, 24, ...(
+      dark ? ["#7d838c", "#5f656e"] : ["#a8adb5", "#d3d6db"]));
     grid.rotation.x = Math.PI / 2;
     this.scene.add(grid);
     const geometries = meshes.map(meshGeometry);

@@ -2,12 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hrp2_sim_bridge.control.driver import TrajectoryDriver
-from hrp2_sim_bridge.control.trajectory import JointLimits
-from hrp2_sim_bridge.errors import TrajectoryRefusedError
 from humanoid_motion.driver_interface import TrajectoryArrays
 from hypothesis import given
 from hypothesis import strategies as st
+from robot_driver.errors import TrajectoryRefusedError
+from robot_driver.trajectory_checks import JointLimits
+from robot_driver.trajectory_driver import TrajectoryDriver
 
 NAMES = ("a", "b", "c")
 LIMITS = JointLimits(NAMES, np.full(3, -1.0), np.full(3, 1.0), np.array([2.0, 4.0, 3.0]))
@@ -93,14 +93,15 @@ def test_many_positions_at_once_are_those_one_by_one(times) -> None:
         d.positions(rising), [d.sample(time).position for time in rising], atol=1e-12)
 
 
-def test_late_trajectory_is_joined_where_it_should_be_by_now() -> None:
-    """A late trajectory is followed from the point at which it should be now."""
+def test_late_trajectory_is_followed_from_its_next_point_without_a_jump() -> None:
+    """A late trajectory is joined from the reference, and is on its way at its next point."""
     d = driver()
     times = np.arange(0.0, 1.01, 0.1)
     ramp = np.outer(0.25 * times**2, [1.0, 1.0, 1.0])
     d.accept(message(times.tolist(), ramp.tolist(), np.outer(0.5 * times, [1] * 3).tolist()),
              1.0, 1.008)
-    assert d.sample(1.008).position[0] == pytest.approx(0.25 * 0.008**2, abs=1e-12)
+    assert d.sample(1.008).position[0] == 0.0
+    assert d.sample(1.1).position[0] == pytest.approx(0.25 * 0.1**2)
     assert d.sample(1.6).position[0] == pytest.approx(0.25 * 0.6**2)
 
 

@@ -12,7 +12,7 @@ from humanoid_motion.spline import Spline
 from humanoid_motion.tolerances import OVERSHOOT, ROUNDING
 from numpy.typing import NDArray
 
-from hrp2_sim_bridge.errors import TrajectoryRefusedError
+from robot_driver.errors import TrajectoryRefusedError
 
 _SAMPLES = 20_000  # samples of a whole motion that are checked between its points
 _SAMPLES_PER_SEGMENT = (9, 129)  # fewest and most samples between two points

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import TrajectoryArrays
+from humanoid_motion.knots import Knots
 from humanoid_motion.spline import JointReference, Spline
 from humanoid_motion.tolerances import SPEED_OVERSHOOT
 
-from hrp2_sim_bridge.control.trajectory import (
+from robot_driver.errors import TrajectoryRefusedError
+from robot_driver.trajectory_checks import (
     CheckedTrajectory,
     JointLimits,
     check_arrays,
     check_spline,
     require,
 )
-from hrp2_sim_bridge.errors import TrajectoryRefusedError
-from hrp2_sim_bridge.settings import TICK
 
+PERIOD = 0.005  # control period of the driver [s]
 _STOP_TIME = 0.15  # duration of the braking after an empty trajectory [s]
 _LATEST_START = 60.0  # longest wait for a start; a later stamp comes from another clock [s]
 _BRAKES = (1.0, 0.5, 0.25, 0.1)  # shares of the stop time that are tried for a braking
@@ -30,8 +33,9 @@ class TrajectoryDriver:
 
     Without a trajectory the joints hold their position. A trajectory is checked as a whole before
     its first sample, and a refused one changes nothing. A later trajectory replaces the present one
-    at its start time. A first point at time 0 may differ from the reference by the distance that
-    the joint covers in one tick.
+    at its start time: from the reference that is in force then it goes to the first point to come.
+    Where its first points are due already, the reference may differ from where it should be by the
+    distance that a joint covers in one tick.
 
     Args:
         limits: Names and limits of the N joints.
@@ -78,6 +82,26 @@ class TrajectoryDriver:
                 out[started] = spline.positions(np.maximum(times[started], spline.start))
         return out
 
+    def remaining(self, now: float) -> Knots:
+        """Return the motion that is made from a time [s] on, until rest; its times count from it.
+
+        The time is not earlier than that of the last `accept`. Between the knots the motion is a
+        quintic only if it was in the trajectories that were accepted.
+        """
+        splines = self._splines
+        times = [now]
+        for index, spline in enumerate(splines):
+            until = splines[index + 1].start if index + 1 < len(splines) else math.inf
+            times += [time for time in (spline.start, *spline.times[1:])
+                      if times[-1] + _SAME_TIME < time < until - _SAME_TIME]
+        if len(times) == 1:
+            times.append(now + _STOP_TIME)
+        states = [self.sample(time) for time in times]
+        return Knots(
+            np.array(times) - now,
+            *(np.array([getattr(state, name) for state in states])
+              for name in ("position", "velocity", "acceleration")))
+
     def is_moving(self, time: float) -> bool:
         """Return True while a trajectory is being followed or waits for its start."""
         return time < self._splines[-1].end
@@ -119,32 +143,26 @@ class TrajectoryDriver:
         self._append([self._brake(state, now)], now)
 
     def _spline_from(self, checked: CheckedTrajectory, origin: float, now: float) -> Spline:
-        """Build the motion in absolute time.
-
-        It starts at the present reference, unless the first point is due at the start.
-        """
+        """Build the motion in absolute time: from the present reference to the points to come."""
         times = origin + checked.times
         start = max(origin, now)
-        late = np.searchsorted(times, start + _SAME_TIME, side="right")
-        if late > 1 or (late == 1 and times[0] < start - _SAME_TIME):
-            # Overdue: continue inside the trajectory's own spline, if the reference is close to it.
-            spline = Spline(times, checked.position, checked.velocity, checked.acceleration)
-            self._check_jump(spline.sample(start).position, start, TICK)
-            return spline
-        if late == 1:
-            self._check_jump(checked.position[0], start, TICK)
-            times = times.copy()
-            times[0] = start
-            return Spline(times, checked.position, checked.velocity, checked.acceleration)
-        self._check_jump(checked.position[0], start, max(times[0] - start, TICK))
+        due = times <= start + _SAME_TIME
+        if due.any():
+            # Overdue: the reference must be close to where it should be by now.
+            on_time = Spline(times, checked.position, checked.velocity, checked.acceleration)
+            self._check_jump(on_time.sample(start).position, start, PERIOD)
+            if due.all():
+                return Spline(times[-1:], checked.position[-1:])
+        else:
+            self._check_jump(checked.position[0], start, max(times[0] - start, PERIOD))
         here = self.sample(start)
 
         def joined(first: Array, rest: Array | None) -> Array | None:
-            return None if rest is None else np.vstack([first, rest])
+            return None if rest is None else np.vstack([first, rest[~due]])
 
         return Spline(
-            np.concatenate([[start], times]),
-            np.vstack([here.position, checked.position]),
+            np.concatenate([[start], times[~due]]),
+            np.vstack([here.position, checked.position[~due]]),
             joined(here.velocity, checked.velocity),
             joined(here.acceleration, checked.acceleration))
 
