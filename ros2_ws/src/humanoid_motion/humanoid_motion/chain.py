@@ -25,11 +25,13 @@ class ChainPose:
         axes: Unit vectors along the axes of the joints, (N, C, 3).
         origins: Points on the axes, (N, C, 3) [m].
         end: Origin of the frame at the chain's end, (N, 3) [m].
+        rotation: Orientation of the last joint's frame, (N, 3, 3).
     """
 
     axes: Array
     origins: Array
     end: Array
+    rotation: Array
 
     def jacobian(self) -> Array:
         """Compute the Jacobian of the end's position with respect to the joints, (N, 3, C) [m]."""
@@ -99,7 +101,7 @@ class Chain:
             axes[:, i], origins[:, i] = _times(rotation, axis), place
             across = _times(rotation, skew)  # Rodrigues' formula
             rotation = rotation + sine[:, i] * across + versed[:, i] * _times(across, skew)
-        return ChainPose(axes, origins, place + _times(rotation, self._end))
+        return ChainPose(axes, origins, place + _times(rotation, self._end), rotation)
 
 
 def yaw_matrices(angle: Array) -> Array:

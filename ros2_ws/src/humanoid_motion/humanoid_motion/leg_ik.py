@@ -48,6 +48,17 @@ class LegGeometry:
     shank: float
     lateral: float
 
+    @property
+    def length(self) -> float:
+        """Distance from the hip to the ankle along z with a stretched knee [m]."""
+        return self.thigh + self.shank
+
+    def solve(
+        self, position: ArrayLike, rotation: ArrayLike | None = None, *, strict: bool = True
+    ) -> Array:
+        """Compute the joint angles; arguments, result and errors are those of `leg_ik`."""
+        return leg_ik(self, position, rotation, strict=strict)
+
 
 def is_parallel(placement: Any) -> bool:
     """Whether a placement of Pinocchio (SE3) does not turn its frame."""

@@ -22,7 +22,8 @@ from hrp2_description.support import sole_corners
 from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.chain import Chain
-from humanoid_motion.leg_ik import is_parallel, leg_geometry
+from humanoid_motion.leg_ik import is_parallel
+from humanoid_motion.numerical_leg import leg_of
 from humanoid_motion.pinocchio_model import (
     coal,
     collision_shapes,
@@ -91,8 +92,8 @@ class RobotModel:
         """Load the URDF that the robot's configuration names.
 
         Raises:
-            RobotConfigError: A leg or a sole is not of the kind that `leg_ik` solves, or the soles
-                of half-sitting are not level on one floor.
+            RobotConfigError: A leg cannot be solved, a sole is not parallel to the base in the zero
+                posture, or the soles of half-sitting are not level on one floor.
         """
         self.config = config
         self.model: Any = free_floating_model(config)
@@ -102,7 +103,8 @@ class RobotModel:
         self.lower, self.upper = config.lower, config.upper
         self.speed_limit, self.effort_limit = config.velocity_limit, config.effort_limit
         self.mass = float(pin.computeTotalMass(self.model))
-        self.legs = {side: leg_geometry(self.model, side, config.legs[side]) for side in SIDES}
+        self.legs = {side: leg_of(self.model, side, config.legs[side], config.half_sitting[
+            self.indices(config.legs[side])]) for side in SIDES}
         self.feet = {side: self._foot(side) for side in SIDES}
         self.leg_columns = {side: self.indices(config.legs[side]) for side in SIDES}
         self.arm_columns = self.indices(config.arm.joints)
@@ -287,9 +289,8 @@ class RobotModel:
     def waist_heights(self) -> tuple[float, float]:
         """Compute the heights of base_link in a deep squat and on stretched legs [m]."""
         leg, sole = self.legs["right"], self.feet["right"].sole
-        length = leg.thigh + leg.shank
         floor = float(leg.hip[2] + sole[2])
-        return _SQUAT * length - floor, length - floor
+        return _SQUAT * leg.length - floor, leg.length - floor
 
     # -- reading the model --------------------------------------------------------------------
 

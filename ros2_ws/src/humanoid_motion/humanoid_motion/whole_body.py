@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.chain import yaw_matrices
 from humanoid_motion.errors import JointLimit, PostureUnreachable
-from humanoid_motion.leg_ik import leg_ik
 from humanoid_motion.motion import Motion
 from humanoid_motion.robot_model import RobotModel
 
@@ -135,8 +134,8 @@ def _place_legs(
         else:
             rotation = turns.foot[side]
             ankle = np.einsum("nij,nj->ni", turns.to_base, place - turns.sole[side] - base)
-        joints[:, robot.leg_columns[side]] = leg_ik(
-            robot.legs[side], ankle, rotation, strict=strict)
+        joints[:, robot.leg_columns[side]] = robot.legs[side].solve(
+            ankle, rotation, strict=strict)
 
 
 def _com_xy(robot: RobotModel, q: Array) -> Array:

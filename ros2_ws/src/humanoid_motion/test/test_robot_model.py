@@ -118,8 +118,8 @@ def test_hand_radius_is_read_from_the_urdf_unless_it_is_configured(robot):
 @pytest.mark.parametrize(
     ("joint", "tag", "changes", "message"),
     [
-        ("RLEG_JOINT1", "axis", {"xyz": "0 1 0"}, "RLEG_JOINT1"),
-        ("LLEG_JOINT0", "origin", {"rpy": "0 0 0.1"}, "LLEG_JOINT0"),
+        ("RLEG_JOINT1", "axis", {"xyz": "0 1 0"}, "cannot move the foot in every direction"),
+        ("LLEG_JOINT0", "origin", {"rpy": "0 0 0.1"}, "turn of the foot of the left leg"),
     ],
 )
 def test_a_leg_of_another_kind_or_a_joint_without_an_axis_is_refused(

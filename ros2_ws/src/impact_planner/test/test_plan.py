@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hrp2_description.robot import SIDES
 from humanoid_motion.errors import PostureUnreachable
+from humanoid_motion.numerical_leg import NumericalLeg
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.errors import (
     AngleUnreachable,
@@ -74,6 +75,18 @@ def test_soles_keep_their_places_on_the_floor_except_in_the_step(robot, plan):
             continue
         there = before if phase.name in ("prepare", "shift") else placed
         np.testing.assert_allclose(way, np.tile([0.0, there, 0.0], (60, 1)), atol=2e-4)
+
+
+def test_legs_that_are_solved_numerically_give_the_same_plan(robot, known, plan):
+    """Within a microradian."""
+    other = RobotModel(robot.config)
+    other.legs = {side: NumericalLeg(side, other.model, names, robot.config.half_sitting[
+        robot.leg_columns[side]]) for side, names in robot.config.legs.items()}
+    again = plan_impact(PlanRequest(TARGET), known, other)
+    assert again.v_rb == pytest.approx(plan.v_rb, abs=1e-7)
+    for one, two in zip(plan.all_phases, again.all_phases, strict=True):
+        times = np.linspace(0.0, one.knots.time[-1], 300)
+        np.testing.assert_allclose(two.knots.at(times)[0], one.knots.at(times)[0], atol=1e-6)
 
 
 def test_other_numbers_of_the_request_are_used(robot, known, plan):
