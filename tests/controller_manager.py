@@ -76,9 +76,8 @@ class ControllerManager(GuardedNode):
         if self._double is None:
             robot, held = load_robot_config(), self._measured
             assert tuple(self._joints) == robot.joint_names
-            self._double = ControllerDouble(JointLimits(
-                robot.joint_names, robot.lower, robot.upper, robot.velocity_limit),
-                np.array([held.position[held.name.index(name)] for name in self._joints]))
+            self._double = ControllerDouble(JointLimits.of(robot), np.array(
+                [held.position[held.name.index(name)] for name in self._joints]))
             self._double.reset(self._double.sample(0.0).position, time)
         command = self._double.positions(np.array([time, time + PERIOD]))[-1]
         self._commands.publish(JointState(name=self._joints, position=command.tolist()))

@@ -50,10 +50,7 @@ class KinematicRobot(Driver):
         self._left = pin.SE3.Identity()  # of the left sole in odom, which is midway between both
         left, right = self._place(self.config.half_sitting)[1][:2]
         self._left = pin.SE3(np.eye(3), (left.translation - right.translation) / 2.0)
-        config = self.config
-        self._controller = ControllerDouble(JointLimits(
-            config.joint_names, config.lower, config.upper, config.velocity_limit),
-            config.half_sitting)
+        self._controller = ControllerDouble(JointLimits.of(self.config), self.config.half_sitting)
         self._steps = 0
         self._push = (0.0, 0.0, 1.0)  # impulse [N m s], start and duration [s]
 

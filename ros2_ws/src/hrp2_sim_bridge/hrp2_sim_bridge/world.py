@@ -129,7 +129,7 @@ class World(Driver):
         self._scene = Scene(
             robot, self._posture, door, door_distance, along(door.hinge) * hinge_x, self.contact,
             self.settings)
-        limits = JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
+        limits = JointLimits.of(robot)
         self.driver: TrajectoryDriver | Servo = (
             Servo(limits, self._posture, self.settings.playback_delay) if self.settings.servo
             else TrajectoryDriver(limits, self._posture))

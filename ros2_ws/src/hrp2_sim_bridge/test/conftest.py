@@ -31,7 +31,7 @@ def paper_door() -> DoorConfig:
 @pytest.fixture(scope="session")
 def limits(robot: RobotConfig) -> JointLimits:
     """The limits of HRP-2's joints."""
-    return JointLimits(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
+    return JointLimits.of(robot)
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot_types import RobotConfig
 from humanoid_motion.driver_interface import TrajectoryArrays
 from humanoid_motion.spline import Spline
 from humanoid_motion.tolerances import OVERSHOOT, ROUNDING
@@ -34,6 +35,11 @@ class JointLimits:
     lower: Array
     upper: Array
     velocity: Array
+
+    @classmethod
+    def of(cls, robot: RobotConfig) -> JointLimits:
+        """Return the limits of a robot's joints."""
+        return cls(robot.joint_names, robot.lower, robot.upper, robot.velocity_limit)
 
 
 @dataclass(frozen=True)

@@ -52,9 +52,7 @@ class Body:
         self.motion: Motion | None = None
         self.idle: Motion | None = None
         self.commanded: Array | None = None
-        config = model.config
-        self._guard = TrajectoryGuard(JointLimits(
-            config.joint_names, config.lower, config.upper, config.velocity_limit))
+        self._guard = TrajectoryGuard(JointLimits.of(model.config))
 
     # -- measurements ---------------------------------------------------------------------------
 

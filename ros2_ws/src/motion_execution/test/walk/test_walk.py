@@ -48,9 +48,8 @@ class Rig:
     stops: int = 0
 
     def __post_init__(self):
-        limits = JointLimits(tuple(self.robot.joint_names), self.robot.lower, self.robot.upper,
-                             self.robot.speed_limit)
-        self.driver = TrajectoryDriver(limits, self.walk.plan.knots.position[0])
+        self.driver = TrajectoryDriver(
+            JointLimits.of(self.robot.config), self.walk.plan.knots.position[0])
         self.now = BEGIN
         self.send([self.walk.start(self.now)])
 
