@@ -36,6 +36,7 @@ VIEW ?= 1
 HITS ?= 1
 KIND ?= hit
 CLUSTER ?=
+ROBOT ?=
 N ?= 50
 SEED ?= 1
 
@@ -59,7 +60,7 @@ help:
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed runs (out/sweep/, or out/sweep_KIND_ENGINE/)   N=50 SEED=1 ENGINE=pybullet"
 	@echo "             KIND=hit|walk|miss|blocked|push|pass: how far doors open, where walks end, who gets through"
-	@echo "             CLUSTER=tcp://host:8786: on a Dask cluster instead of this machine"
+	@echo "             CLUSTER=tcp://host:8786: on a Dask cluster instead of this machine; ROBOT=FILE.yaml: another robot"
 	@echo "make faults  faults of messages, nodes and driver in hits, walks and passages   N=50 SEED=1"
 
 setup: $(READY)
@@ -136,7 +137,7 @@ bench: $(READY)
 
 sweep: $(READY)
 	@$(ROS2) run door_impact_evaluation sweep --kind "$(KIND)" -n $(N) --seed $(SEED) --engine "$(ENGINE)" \
-	  --cluster "$(CLUSTER)"
+	  --cluster "$(CLUSTER)" --robot "$(ROBOT)"
 
 faults: $(READY)
 	@$(ENV) PYTHONPATH="tests:$$PYTHONPATH" exec python3 -m faults -n $(N) --seed $(SEED)

@@ -132,7 +132,7 @@ def test_the_same_walk_is_the_same_row_on_every_worker(address, tmp_path):
         row, = running.run(WALK, [case], ENGINE, runs, address)
     assert stored(tmp_path) == [row]
     assert running.run_case({name: row[name] for name in (
-        "id", "kind", "engine", *case, *store.versions(ENGINE))}, WALK.run) == [row]
+        "id", "kind", "engine", "robot", *case, *store.versions(ENGINE))}, WALK.run) == [row]
     assert (row["stood"], row["error"], row["refused"]) == (True, None, None)
     assert row["off_mm"] < 10.0
     assert abs(row["yaw_deg"]) < 1.0

@@ -56,7 +56,7 @@ def pass_door(
     path: Path, hits: Sequence[tuple[float, str]] = HITS, *, door: str | DoorConfig = "paper",
     known: KnownDoor | None = None, door_offset: float = 0.0, run_up: str = "mcv50",
     opening: str = "", passing: PassageSettings | None = None, walk_up_from: Pose = ORIGIN,
-    probe: str = "auto", **settings: Any,
+    probe: str = "auto", robot: RobotModel | None = None, **settings: Any,
 ) -> Passed:
     """Open a door by a hit or a push, and walk through while the hand holds the leaf.
 
@@ -72,6 +72,7 @@ def pass_door(
         walk_up_from: Where the robot stands at first in odom; elsewhere than where the hit begins,
             it walks there, and touches the leaf before the hit.
         probe: Whether the leaf is touched slowly before a hit: auto, on or off.
+        robot: The robot; None means HRP-2.
         settings: Settings of the simulated world (`WorldSettings`) except its `start`.
 
     Raises:
@@ -79,7 +80,7 @@ def pass_door(
         SettingError: A setting of the world is out of its range.
     """
     config = load_door(door) if isinstance(door, str) else door
-    robot, done, why = RobotModel(load_robot_config()), Done(), ""
+    robot, done, why = robot or RobotModel(load_robot_config()), Done(), ""
     world = rehearsal.world_of(robot, config, door_offset, start=tuple(walk_up_from), **settings)
     try:
         link = DriverLink(

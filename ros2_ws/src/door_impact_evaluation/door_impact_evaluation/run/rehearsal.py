@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from door_model.door.config import DoorConfig, load_door
 from door_model.errors import DoorModelError
-from hrp2_description.robot import load_robot_config
+from hrp2_description.robot import RobotConfig, load_robot_config
 from hrp2_sim_bridge.sensors.sensors import TickSample
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
@@ -44,6 +44,7 @@ class Rehearsal:
         log: The simulation's log.
         impact: The hit; None if the robot did not hit the door.
         known: What the planner knew of the door.
+        robot: The robot.
     """
 
     plan: ImpactPlan
@@ -51,6 +52,7 @@ class Rehearsal:
     log: simulation_log.SimulationLog
     impact: evaluation.Impact | None
     known: KnownDoor
+    robot: RobotConfig
 
     def phases(self) -> dict[str, tuple[float, float]]:
         """Return start and end of each phase in order of time [s].
@@ -80,7 +82,7 @@ def rehearse(
     target_deg: float, path: str | Path, *, door: str | DoorConfig = "paper",
     known: KnownDoor | None = None, door_offset: float = 0.0, run_up: str = "mcv50",
     ending: str = "hold", stop_before: float | None = None, watch: Watch | None = None,
-    probe: str = "off", **settings: Any,
+    probe: str = "off", robot: RobotModel | None = None, **settings: Any,
 ) -> Rehearsal:
     """Plan a hit and execute it; the execution gets the sensor data that a robot would send.
 
@@ -97,6 +99,7 @@ def rehearse(
         watch: Function that is called after each tick.
         probe: Whether the leaf is touched slowly first: on, off, or auto where the plan's
             `missed_margin` asks for it.
+        robot: The robot; None means HRP-2.
         settings: Settings of the simulated world (`WorldSettings`).
 
     Raises:
@@ -104,7 +107,7 @@ def rehearse(
         SettingError: A setting of the world is out of its range.
     """
     config = load_door(door) if isinstance(door, str) else door
-    robot, known = RobotModel(load_robot_config()), known or KnownDoor.configured(config)
+    robot, known = robot or RobotModel(load_robot_config()), known or KnownDoor.configured(config)
     plan = planned(robot, known, target_deg, run_up, ending)
     world = world_of(robot, config, door_offset, **settings)
     try:
@@ -112,7 +115,8 @@ def rehearse(
         log = simulation_log.load(world.save_log(path), 0.0)
     finally:
         world.close()
-    return Rehearsal(plan, execution, log, impact_of(plan, execution, log), known)
+    return Rehearsal(
+        plan, execution, log, impact_of(plan, execution, log), known, robot.config)
 
 
 def planned(

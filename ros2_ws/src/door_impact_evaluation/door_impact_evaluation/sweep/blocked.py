@@ -9,13 +9,22 @@ from pathlib import Path
 
 import numpy as np
 from door_model.door.config import load_door
-from hrp2_description.robot import load_robot_config, needed
+from hrp2_description.robot import needed
 from robot_driver.motion import Outcome
 
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from door_impact_evaluation.sweep import miss
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, known, largest, smallest
+from door_impact_evaluation.sweep.kind import (
+    Kind,
+    Panel,
+    Row,
+    count,
+    known,
+    largest,
+    robot_of,
+    smallest,
+)
 
 PLAY = 3.0  # largest play of a bolt at the leaf's free edge [mm]
 WAYS = {"hit": "off", "probe": "on"}
@@ -38,13 +47,14 @@ def run(case: Row) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as folder:
         for probe in WAYS.values():
             yield measured(rehearse(
-                case["target_deg"], Path(folder) / "log.npz", probe=probe, opens_to=opens_to, **{
+                case["target_deg"], Path(folder) / "log.npz", probe=probe, opens_to=opens_to,
+                robot=robot_of(case), **{
                     name: case[name] for name in ("door", "run_up", "engine", "friction", "seed")}))
 
 
 def measured(found: Rehearsal) -> Row:
     """Evaluate a run by the simulation's log; `ratchet_share` is that of the heaviest gear."""
-    robot, plan, motion = load_robot_config(), found.plan, found.log.motion
+    robot, plan, motion = found.robot, found.plan, found.log.motion
     margin = evaluation.support(motion, robot, window=evaluation.WINDOW).margin
     row: Row = {
         "outcome": found.execution.outcome.value, "stood": found.log.stood, "fell": found.log.fell,

@@ -10,7 +10,6 @@ from door_model.door.config import DoorConfig, load_door
 from door_model.identification.identify import identify
 from door_model.identification.scale import scale_from_leaf
 from door_model.recording.synthetic import synthetic_recording
-from hrp2_description.robot import load_robot_config
 from impact_planner.task.known_door import KnownDoor
 
 from door_impact_evaluation.run import evaluation
@@ -22,6 +21,7 @@ from door_impact_evaluation.sweep.kind import (
     count,
     known,
     largest,
+    robot_of,
     smallest,
     statistics,
 )
@@ -110,7 +110,7 @@ def run(case: Row) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as folder:
         for hit in range(case["hits"]):
             found = rehearse(case["target_deg"], Path(folder) / "log.npz", door=door, known=before,
-                             seed=case["seed"] + hit, **world)
+                             seed=case["seed"] + hit, robot=robot_of(case), **world)
             yield measured(found)
             if found.impact is None:
                 return
@@ -129,7 +129,7 @@ def measured(found: Rehearsal) -> Row:
         return row
     hit, t = found.impact, motion.t
     contact = t[hit.contact.start]
-    margin = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW).margin
+    margin = evaluation.support(motion, found.robot, window=evaluation.WINDOW).margin
     margins = {name: 1e3 * value for name, value in
                evaluation.smallest_margins(t, margin, found.phases()).items()}
     pushed = evaluation.centred_mean(motion.contact_force[hit.peak:, None], 20)

@@ -7,11 +7,13 @@ left out of statistics.
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
 
 Figure = float | None
 Statistic = Callable[[Iterable[Figure]], dict[str, Figure]]
@@ -19,6 +21,16 @@ Statistic = Callable[[Iterable[Figure]], dict[str, Figure]]
 
 Row = dict[str, Any]
 """A run by the names of its columns: numbers, texts, truth values, None, and lists of them."""
+
+
+def robot_of(case: Row) -> RobotModel:
+    """Return the robot of a case's column "robot", a robot.yaml; empty, or without it: HRP-2."""
+    return _robot(case.get("robot", ""))
+
+
+@lru_cache(maxsize=1)
+def _robot(path: str) -> RobotModel:
+    return RobotModel(load_robot_config(path or None))
 
 
 class Panel(NamedTuple):

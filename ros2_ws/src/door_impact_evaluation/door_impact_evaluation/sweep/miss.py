@@ -5,11 +5,19 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from hrp2_description.robot import load_robot_config
 
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, known, largest, smallest
+from door_impact_evaluation.sweep.kind import (
+    Kind,
+    Panel,
+    Row,
+    count,
+    known,
+    largest,
+    robot_of,
+    smallest,
+)
 
 AWAY = 6.0              # distance by which the door stands farther away than it was surveyed [m]
 TARGETS = (15.0, 30.0)  # range of the desired opening angles [deg]
@@ -37,7 +45,8 @@ def run(case: Row) -> Iterator[Row]:
     for probe in ("off", "auto"):
         with tempfile.TemporaryDirectory() as folder:
             found = rehearse(
-                case["target_deg"], Path(folder) / "log.npz", door_offset=AWAY, probe=probe, **{
+                case["target_deg"], Path(folder) / "log.npz", door_offset=AWAY, probe=probe,
+                robot=robot_of(case), **{
                     name: case[name] for name in ("door", "run_up", "engine", "friction", "seed")})
         yield _measured(found)
         if found.plan.stands_if_missed:
@@ -46,7 +55,7 @@ def run(case: Row) -> Iterator[Row]:
 
 def _measured(found: Rehearsal) -> Row:
     plan, motion, stands = found.plan, found.log.motion, found.log.stood
-    margin = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW).margin
+    margin = evaluation.support(motion, found.robot, window=evaluation.WINDOW).margin
     return {
         "outcome": found.execution.outcome.value, "stood": stands, "fell": found.log.fell,
         "missed_margin_mm": 1e3 * plan.missed_margin, "v_rb": plan.v_rb,

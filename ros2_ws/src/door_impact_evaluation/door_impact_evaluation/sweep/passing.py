@@ -8,13 +8,21 @@ from pathlib import Path
 import numpy as np
 from door_model.door.config import DoorConfig
 from door_model.door.geometry import DoorGeometry
+from humanoid_motion.robot_model import RobotModel
 from walking.passing.opening import HIT
 
 from door_impact_evaluation.run import evaluation, passage_measures
 from door_impact_evaluation.run.pass_run import Passed, pass_door
 from door_impact_evaluation.sweep import hit
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, largest, smallest
-from door_impact_evaluation.sweep.walk import walker
+from door_impact_evaluation.sweep.kind import (
+    Kind,
+    Panel,
+    Row,
+    count,
+    largest,
+    robot_of,
+    smallest,
+)
 
 DOORS = {"paper": "mcv50", "size2": "zmp_limited", "size3": "zmp_limited", "size4": "zmp_limited"}
 """Doors, which take turns, and the run-up of the hit on each."""
@@ -54,23 +62,24 @@ def run(case: Row) -> Iterator[Row]:
     """Simulate a passage, and measure it; one without a plan is refused before any motion."""
     door = simulated_door(case)
     with tempfile.TemporaryDirectory() as folder:
-        yield measured(pass_door(
-            Path(folder) / "log.npz", door=door, known=hit.known_door(case, door), opening=HIT, **{
+        yield measured(robot_of(case), pass_door(
+            Path(folder) / "log.npz", door=door, known=hit.known_door(case, door), opening=HIT,
+            robot=robot_of(case), **{
                 name: case[name] for name in (
                     "door_offset", "run_up", "engine", "friction", "seed")}))
 
 
-def measured(found: Passed) -> Row:
+def measured(robot: RobotModel, found: Passed) -> Row:
     """Return the figures of a passage as in `passage_measures.summary`, and others."""
     record, plan = found.record, found.plan
     walk, log = record.walk, record.log
     assert found.hit is not None
-    figures = passage_measures.summary(record, walker())
+    figures = passage_measures.summary(record, robot)
     return {
         "stood": log.stood, "fell": log.fell, "why": found.why,
         "margin_mm": figures.pop("min_margin_mm"), **figures,
         "target_deg": float(np.degrees(found.hit.desired_opening_angle)),
-        "nearest": None if walk is None else passage_measures.nearest(walk, walker())[1],
+        "nearest": None if walk is None else passage_measures.nearest(walk, robot)[1],
         "contact_share": None if walk is None else passage_measures.contact_share(
             record, walk.release),
         "after_release_n": None if walk is None else float(log.motion.contact_force[

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from door_model.door.config import load_door
 from hrp2_sim_bridge.world import World
+from humanoid_motion.robot_model import RobotModel
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
@@ -27,8 +28,16 @@ from door_impact_evaluation.run.walk_run import (
     push_standing,
     walk,
 )
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row, known, largest, smallest
-from door_impact_evaluation.sweep.walk import measured, walker
+from door_impact_evaluation.sweep.kind import (
+    Kind,
+    Panel,
+    Row,
+    known,
+    largest,
+    robot_of,
+    smallest,
+)
+from door_impact_evaluation.sweep.walk import measured
 
 GOALS = {"ahead": (1.2, 0.0), "sideways": (0.0, 0.6)}
 """Goal of each group: ahead and left [m]; every second walk sideways is to the right."""
@@ -84,7 +93,7 @@ def run(case: Row) -> Iterator[Row]:
     if case["group"] in STANDS:
         yield _stands(case)
         return
-    robot, start = walker(), Pose(0.0, 0.0, 0.0)
+    robot, start = robot_of(case), Pose(0.0, 0.0, 0.0)
     plan = plan_between(robot, start, start.moved(*case["goal"]), keep_heading=True)
     (impulse, step_change), (push, swing) = BLOWS[case["blow"]], push_of(case, plan)
     walked = walk(robot, plan, [push], step_change=step_change, engine=case["engine"],
@@ -99,9 +108,9 @@ def run(case: Row) -> Iterator[Row]:
 
 def _stands(case: Row) -> Row:
     """Push a robot that stands, and measure it from then on."""
-    robot, plan, place = walker(), None, (_AWAY, -_AWAY)
+    robot, plan, place = robot_of(case), None, (_AWAY, -_AWAY)
     if case["group"] == "holding":
-        plan = _hit()
+        plan = _hit(robot)
         place = (plan.hit.placement.door_distance, plan.hit.placement.hinge_x)
     world = World(
         robot.config, load_door("paper"), *place, engine=case["engine"], seed=case["seed"])
@@ -125,9 +134,9 @@ def _stands(case: Row) -> Row:
 
 
 @lru_cache(maxsize=1)
-def _hit() -> ImpactPlan:
+def _hit(robot: RobotModel) -> ImpactPlan:
     return plan_impact(PlanRequest(math.radians(HELD)), KnownDoor.configured(load_door("paper")),
-                       walker(), make_settings(configured_placement()))
+                       robot, make_settings(configured_placement()))
 
 
 def summary(rows: list[Row]) -> Row:

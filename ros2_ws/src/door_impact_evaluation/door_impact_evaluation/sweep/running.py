@@ -23,7 +23,9 @@ _PATIENCE = 20.0  # time in which a cluster must have a worker [s]
 REFUSALS = (PlannerError, WalkingError, HumanoidMotionError)  # of plans, results like others
 
 
-def run(kind: Kind, cases: list[Row], engine: str, runs: Runs, address: str = "") -> list[Row]:
+def run(
+    kind: Kind, cases: list[Row], engine: str, runs: Runs, address: str = "", robot: str = "",
+) -> list[Row]:
     """Run the cases that have no rows yet, or one with an error.
 
     Args:
@@ -32,6 +34,7 @@ def run(kind: Kind, cases: list[Row], engine: str, runs: Runs, address: str = ""
         engine: Physics engine of the simulation.
         runs: The rows that there are; those of each case are written as soon as it is done.
         address: Address of the cluster's scheduler; if it is empty, this machine's cores run.
+        robot: The robot's robot.yaml; empty means HRP-2.
 
     Returns:
         The rows of all cases, in their order.
@@ -43,7 +46,7 @@ def run(kind: Kind, cases: list[Row], engine: str, runs: Runs, address: str = ""
     """
     here, wanted = versions(engine), {}
     for case in cases:
-        columns = {"kind": kind.name, "engine": engine, **case, **here}
+        columns = {"kind": kind.name, "engine": engine, "robot": robot, **case, **here}
         key = hashlib.sha256(json.dumps(columns, sort_keys=True).encode()).hexdigest()[:16]
         wanted[key] = {"id": key, **columns}
     others = [row for key, rows in runs.rows.items() if key not in wanted for row in rows]

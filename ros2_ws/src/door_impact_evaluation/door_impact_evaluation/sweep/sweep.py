@@ -14,7 +14,7 @@ from hrp2_sim_bridge.settings import ENGINES, WorldSettings
 from door_impact_evaluation.sweep import running
 from door_impact_evaluation.sweep.blocked import BLOCKED
 from door_impact_evaluation.sweep.hit import HIT
-from door_impact_evaluation.sweep.kind import Kind
+from door_impact_evaluation.sweep.kind import Kind, robot_of
 from door_impact_evaluation.sweep.miss import MISS
 from door_impact_evaluation.sweep.passing import PASS
 from door_impact_evaluation.sweep.push import PUSH
@@ -54,9 +54,10 @@ def main(args: list[str] | None = None) -> int:
 def _report(options: argparse.Namespace, kind: Kind, out: Path) -> str:
     """Run the sweep, write its files, and return the table."""
     make_engine(options.engine)  # before anything is written
+    robot_of({"robot": options.robot})
     with closing(Runs(out)) as runs:
         rows = running.run(kind, kind.draw(options.n, options.seed), options.engine, runs,
-                           options.cluster)
+                           options.cluster, options.robot)
         found = summary(kind, rows, options.n, options.seed, options.engine)
         text = table(kind, found)
         write_whole(out / "report.txt", text + "\n")
@@ -78,6 +79,8 @@ def _options(args: list[str] | None) -> argparse.Namespace:
                         help="seed of the random numbers (default: %(default)s)")
     parser.add_argument("--engine", choices=ENGINES, default=WorldSettings.engine,
                         help="physics engine (default: %(default)s)")
+    parser.add_argument("--robot", default="", metavar="FILE",
+                        help="robot.yaml of another robot (default: HRP-2)")
     parser.add_argument("--cluster", default="", metavar="tcp://HOST:8786",
                         help="scheduler of a cluster of Dask whose workers have the same packages "
                         "(default: a process on each core of this machine)")

@@ -2,15 +2,20 @@
 
 import math
 from collections.abc import Iterator
-from functools import lru_cache
 
 import numpy as np
-from hrp2_description.robot import load_robot_config
-from humanoid_motion.robot_model import RobotModel
 from walking.footsteps.footstep import Pose
 
 from door_impact_evaluation.run.walk_run import Walked, plan_between, walk
-from door_impact_evaluation.sweep.kind import Kind, Panel, Row, count, largest, smallest
+from door_impact_evaluation.sweep.kind import (
+    Kind,
+    Panel,
+    Row,
+    count,
+    largest,
+    robot_of,
+    smallest,
+)
 
 GOALS = {"ahead": (5.0, 0.0, 0.0), "sideways": (0.0, 2.0, 0.0), "turn": (0.0, 0.0, 360.0)}
 """Goal of each group: ahead [m], left [m] and turn [deg]; every second one is to the right."""
@@ -44,18 +49,12 @@ def _drawn(index: int, seed: int) -> Row:
 
 def run(case: Row) -> Iterator[Row]:
     """Simulate a walk, and measure it."""
-    robot, start = walker(), Pose(*case["start"])
+    robot, start = robot_of(case), Pose(*case["start"])
     plan = plan_between(
         robot, start, start.moved(*case["goal"]), keep_heading=True, whole_turns=True)
     walked = walk(robot, plan, **{
         name: case[name] for name in ("engine", "friction", "rubber_scale", "seed")})
     yield {**measured(walked), **arrival(walked.off, case["goal"], walked.stood)}
-
-
-@lru_cache(maxsize=1)
-def walker() -> RobotModel:
-    """Return the model of the robot, which each process makes once."""
-    return RobotModel(load_robot_config())
 
 
 def measured(walked: Walked) -> Row:
