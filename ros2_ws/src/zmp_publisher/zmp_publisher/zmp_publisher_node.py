@@ -43,7 +43,7 @@ from zmp_publisher.zmp_estimator import ZmpEstimator, ZmpReading
 
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
-    "world_frame": ("odom", "frame of all published positions, and parent of base_link in /tf"),
+    "world_frame": ("odom", "frame of all published positions, and parent of the root link in /tf"),
     "frame_prefix": FRAME_PREFIX,
     "robot_start": (
         [0.0, 0.0, 0.0],
@@ -108,7 +108,7 @@ class ZmpPublisher(GuardedNode, Motion):
         self._leapt = False  # since that sample
         self._begin()
         self._frames = [(prefix + parent, prefix + child) for parent, child in (
-            (parameters.text("world_frame"), "base_link"), *self._model.tree)]
+            (parameters.text("world_frame"), self._robot.root_link), *self._model.tree)]
         self._tf: TFMessage | None = None  # filled anew for each time
 
         self._zmp_publisher = self.create_publisher(PointStamped, "zmp", 10)
