@@ -1,5 +1,6 @@
 """A robot is what its files say: HRP-2 by other names plans and does what HRP-2 does."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,18 @@ def test_a_push_moves_it_alike(disguise: Disguise, engine: str) -> None:
     for foot in ("left_wrench", "right_wrench"):
         np.testing.assert_allclose(
             getattr(other["sample"], foot), getattr(plain["sample"], foot), atol=1e-3)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_robot_may_have_any_number_of_joints(tmp_path: Path, engine: str) -> None:
+    """HRP-2 with a stiff neck stands, and its log has 28 joints."""
+    robot = RobotModel(disguised(tmp_path, fixed=("HEAD_JOINT0", "HEAD_JOINT1")).config)
+    world = world_of(robot, DOOR, 0.0, engine=engine)
+    for _ in range(20):
+        world.step()
+    assert world.log()["q"].shape == (100, 28)
+    assert not world.fell
+    world.close()
 
 
 @pytest.mark.nightly("two whole runs of their own")
