@@ -29,7 +29,6 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from robot_driver.foot_doubts import LIFTED, FootDoubts, lifted
 from robot_driver.inputs import Inputs, Motion
 from robot_driver.names import CLOCK, IMU, JOINTS, WRENCHES
-from robot_driver.ranges import joint_ranges
 from robot_driver.sensor_doubts import doubts, stood_still
 from robot_driver.topics import WARNING_PERIOD, SensorTopics, crowded
 from std_srvs.srv import Trigger
@@ -117,7 +116,7 @@ class ZmpPublisher(GuardedNode, Motion):
         self._polygon_publisher = self.create_publisher(PolygonStamped, "support_polygon", 10)
         self._marker_publisher = self.create_publisher(MarkerArray, "balance_markers", 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._inputs = Inputs(joint_ranges(self._model), observes=True)
+        self._inputs = Inputs(self._model, observes=True)
         self._topics = SensorTopics(self, self._model, self._inputs,
                                     qos=QoSProfile(depth=_QUEUE, reliability=reliability))
         self._topics.start()
