@@ -81,13 +81,14 @@ def walk(steps, rng):
 class ExactImu:
     """The readings of an IMU whose own heading is 1 rad off, from poses of the base."""
 
-    def __init__(self, period=0.01, bias=0.0):
+    def __init__(self, period=0.01, bias=0.0, robot=MODEL):
+        self._robot = robot
         self._period, self._bias, self._before = period, np.array([0.0, 0.0, bias]), None
         self.time = 0.0
 
     def read(self, positions, base):
         """Return the reading one period later."""
-        (imu,) = MODEL.poses_in_base(positions, [ROBOT.imu_frame])
+        (imu,) = self._robot.poses_in_base(positions, [ROBOT.imu_frame])
         turn = base[:3, :3] @ imu[:3, :3]
         before = turn if self._before is None else self._before
         self._before = turn

@@ -25,7 +25,6 @@ from motion_execution.walk.reaching import Reaching
 from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival
 from robot_driver.motion import Motion, Outcome
-from robot_driver.ranges import joint_ranges
 from walking.footsteps.footstep import ORIGIN, Pose
 from walking.passing.settings import PassageSettings
 
@@ -58,7 +57,7 @@ class World:
 
     def __init__(self, robot: Any, task: Any, plan: ImpactPlan, door: str = "paper") -> None:
         self.robot, self.task, self.plan = robot, task, plan
-        self.inputs = Inputs(joint_ranges(robot))
+        self.inputs = Inputs(robot)
         self.position, self.angle, self.time = robot.config.half_sitting, 0.0, 1.0
         self.followed: Command | None = None
         self.stance, self.place = task.stance, ORIGIN  # soles seen from the place, in odom

@@ -1,13 +1,14 @@
 """How soon a hit is detected in the simulation, and that a run-up without a door shows none."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+from door_impact_common.arrays import Array
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
 from hrp2_description.robot import load_robot_config
-from humanoid_motion.driver_interface import Command, ImuSample, TickSample
+from humanoid_motion.driver_interface import Command, TickSample
 from humanoid_motion.robot_model import RobotModel
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
@@ -50,7 +51,7 @@ class Run:
                 continue
             force = sample.imu.specific_force if sensor == "imu" else np.zeros(3)
             execution.on_joints(sample.time, sample.position, sample.velocity)
-            execution.on_imu(sample.time, replace(sample.imu, specific_force=force))
+            execution.on_imu(sample.time, 0.0, force)
             execution.on_wrenches(sample.time, sample.left_wrench, sample.right_wrench)
             if execution.measured.contact_sensor:
                 assert execution.measured.contact_sensor == sensor
@@ -116,10 +117,9 @@ def test_a_contact_that_the_imu_only_pretends_opens_the_door_less_and_the_robot_
     early = 0.05
 
     class Forged(Execution):
-        def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
+        def on_imu(self, now: float, tilt: float, force: Array) -> list[Command]:
             near = bool(self.starts) and abs(now - self.planned_contact + early) < 0.006
-            force = reading.specific_force + near * np.array([0.0, 20.0, 0.0])
-            return super().on_imu(now, replace(reading, specific_force=force))
+            return super().on_imu(now, tilt, force + near * np.array([0.0, 20.0, 0.0]))
 
     monkeypatch.setattr(mission_hits, "Execution", Forged)
     run = rehearse(25.0, tmp_path / "run.npz", seed=3)

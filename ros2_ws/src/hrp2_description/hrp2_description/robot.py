@@ -181,6 +181,7 @@ def _build(file: _File, urdf: Urdf) -> RobotConfig:
         braced_posture=_radians(file.braced_posture_deg),
         tucked_posture=_radians(file.tucked_posture_deg or {}),
         urdf_path=urdf.path,
+        root_link=urdf.tree[0][1],
         drives=_drives(file, names),
         doubts=doubts(urdf, names, limits, same["legs"]),
         **same,

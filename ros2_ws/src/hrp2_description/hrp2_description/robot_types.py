@@ -315,6 +315,7 @@ class RobotConfig:
         braced_posture: Joint angles of the right arm during the hit [rad].
         braced_joints: Joints that the brace relieves.
         urdf_path: Path of the URDF.
+        root_link: Link from which the URDF's tree grows: what comments call base_link.
         hand_radius: Radius of the hand [m]; None means that of the URDF's collision sphere.
         clearance: Smallest distance between bodies, and between a body and the leaf [m].
         disabled_collisions: Pairs of links that may touch, like an SRDF's ``disable_collisions``.
@@ -351,6 +352,7 @@ class RobotConfig:
     braced_posture: Mapping[str, float]
     braced_joints: tuple[str, ...]
     urdf_path: Path
+    root_link: str
     hand_radius: float | None = None
     clearance: float = 0.01
     disabled_collisions: tuple[tuple[str, str], ...] = ()

@@ -20,24 +20,25 @@ from hrp2_sim_bridge.physics.kinematics import Kinematics
 from hrp2_sim_bridge.sensors.sensors import outer_wrenches
 from hrp2_sim_bridge.settings import SAMPLE, TICK
 
-_SAMPLE = np.dtype([
-    ("time", "f8"), ("joints", "f4", (2, 30)), ("base", "f8", (13,)),
-    ("reactions", "f8", (len(SIDES), 6)), ("door", "f8", (2,)), ("contact_force", "f8"),
-    ("contact_link", "i2"), ("contact_point", "f4", (3,)), ("frame_force", "f8")])
-_TICK = np.dtype([
-    ("tick_time", "f8"), ("tick_reference", "f8", (30,)), ("tick_peak_torque", "f4", (30,)),
-    ("tick_gear_torque", "f4", (30,)), ("tick_pad_force", "f4"), ("tick_pad_impulse", "f4", (30,)),
-    ("tick_locked", "?"), ("tick_fine", "?")])
-
 
 class TruthLog:
     """One row for each millisecond, as the engine reports it, and one for each tick.
 
     Args:
         length: Duration of the motion that is kept [s]; what is older is lost.
+        joints: Number J of the robot's joints.
     """
 
-    def __init__(self, length: float) -> None:
+    def __init__(self, length: float, joints: int) -> None:
+        self._sample = np.dtype([
+            ("time", "f8"), ("joints", "f4", (2, joints)), ("base", "f8", (13,)),
+            ("reactions", "f8", (len(SIDES), 6)), ("door", "f8", (2,)), ("contact_force", "f8"),
+            ("contact_link", "i2"), ("contact_point", "f4", (3,)), ("frame_force", "f8")])
+        self._tick = np.dtype([
+            ("tick_time", "f8"), ("tick_reference", "f8", (joints,)),
+            *((f"tick_{what}", "f4", (joints,)) for what in (
+                "peak_torque", "gear_torque", "pad_impulse")),
+            ("tick_pad_force", "f4"), ("tick_locked", "?"), ("tick_fine", "?")])
         ticks = max(1, round(length / TICK))
         self._samples: deque[NDArray] = deque(maxlen=ticks)
         self._ticks: deque[NDArray] = deque(maxlen=ticks)
@@ -54,11 +55,11 @@ class TruthLog:
     ) -> None:
         """Add the readings of a tick that ends at a time [s], one for each of its milliseconds.
 
-        They are joint positions and velocities (2, 30), rows of `Engine.read_base`, mean forces and
+        They are joint positions and velocities (2, J), rows of `Engine.read_base`, mean forces and
         torques at the force sensors (T, B, 6), states of the leaf, its contacts with the robot,
         and mean forces of frame and wall on the robot [N].
         """
-        rows = np.zeros(len(joints), _SAMPLE)
+        rows = np.zeros(len(joints), self._sample)
         rows["time"] = time - SAMPLE * np.arange(len(joints) - 1, -1, -1)
         rows["joints"], rows["base"], rows["door"] = joints, base, door
         rows["reactions"] = reactions[:, : len(SIDES)]
@@ -73,11 +74,11 @@ class TruthLog:
     ) -> None:
         """Add what is kept once for a tick that ends at a time [s].
 
-        It is the commanded posture at its end (30,) [rad], the motors' largest torques (30,) [N m],
+        It is the commanded posture at its end (J,) [rad], the motors' largest torques (J,) [N m],
         the loads of drives and brace, whether the braced joints were locked, and whether the
         physics steps were fine.
         """
-        row, pads = np.zeros(1, _TICK), actuation.pads
+        row, pads = np.zeros(1, self._tick), actuation.pads
         row["tick_time"], row["tick_reference"], row["tick_peak_torque"] = time, reference, torque
         row["tick_gear_torque"] = actuation.drives.peak
         if pads is not None:
@@ -88,7 +89,7 @@ class TruthLog:
     def arrays(self, engine: Engine, robot: RobotConfig) -> dict[str, Any]:
         """Return all columns in the world's and the soles' frames."""
         kept, ticks = (np.concatenate([np.zeros(0, kind), *rows]) for kind, rows in (
-            (_SAMPLE, self._samples), (_TICK, self._ticks)))
+            (self._sample, self._samples), (self._tick, self._ticks)))
         base = engine.base_states(kept["base"])
         soles = [robot.feet[side].sole for side in SIDES]
         links, com = Kinematics(robot, [*soles, robot.contact_link]).states(base, kept["joints"])
@@ -114,7 +115,7 @@ class TruthLog:
             "com_velocity": com[:, 1],
             **{name: kept[name] for name in (
                 "contact_force", "contact_link", "contact_point", "frame_force")},
-            **{name: ticks[name] for name in _TICK.names or ()}}
+            **{name: ticks[name] for name in self._tick.names or ()}}
         for index, side in enumerate(SIDES):
             log[f"{side}_wrench"] = wrenches[:, index]
             log[f"{side}_sole_position"] = links.position[:, index]

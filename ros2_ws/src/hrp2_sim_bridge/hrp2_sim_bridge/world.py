@@ -60,8 +60,8 @@ class _Readings:
         touches: Contact between robot and leaf.
         frame_force: Mean of the normal forces of frame and wall on the robot, summed [N].
         base: Rows of `Engine.read_base`.
-        joints: Positions [rad] and velocities [rad/s] of the joints, (2, 30).
-        torque: Largest torques of the motors at these times, (30,) [N m].
+        joints: Positions [rad] and velocities [rad/s] of the joints, (2, J).
+        torque: Largest torques of the motors at these times, (J,) [N m].
     """
 
     reactions: list[list[Reactions]] = field(default_factory=list)
@@ -81,7 +81,7 @@ class World(Driver):
         door: Configuration of the door.
         door_distance: Distance of the leaf's face from the origin, towards -y [m].
         hinge_x: x of a hinge at the right, negative behind the robot; -x of one at the left [m].
-        posture: Joint angles at the start, (30,) [rad]; the default is half-sitting.
+        posture: Joint angles at the start, (J,) [rad]; the default is half-sitting.
         engine: One of `settings.ENGINES`, of which a new engine is made, or an engine.
         settings: Other fields of `WorldSettings`.
 
@@ -134,7 +134,8 @@ class World(Driver):
             Servo(limits, self._posture, self.settings.playback_delay) if self.settings.servo
             else TrajectoryDriver(limits, self._posture))
         self.engine = make_engine(engine) if isinstance(engine, str) else engine
-        self._log = TruthLog(self.settings.log_seconds) if self.settings.log else None
+        self._log = (TruthLog(self.settings.log_seconds, len(robot.joint_names))
+                     if self.settings.log else None)
         self._kinematics = Kinematics(
             robot, [*sensed_links(robot), needed(robot.imu_frame, "imu_frame")])
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)

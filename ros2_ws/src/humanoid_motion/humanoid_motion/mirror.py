@@ -3,8 +3,8 @@
 All mathematics is written for a door hinged at the robot's right. Before a door hinged at the left
 the robot does the mirror image of what it would do there. The mirror is the plane x = 0 of odom, so
 that y is opposite to the push on both sides of it: who stands before a door hinged at the left
-faces -x, and his image faces x. In a frame of the robot, such as base_link, a sole or the IMU's,
-the mirror is the plane y = 0. Each reflection is its own inverse.
+faces -x, and his image faces x. In a frame of the robot, such as base_link or a sole, the mirror is
+the plane y = 0, in an IMU's frame that of base_link. Each reflection is its own inverse.
 
 The image has the robot's own masses. HRP-2's CoM is 1.5 mm to the left in half-sitting, so a ZMP is
 3 mm from where it is planned.
@@ -18,6 +18,7 @@ from functools import lru_cache
 from typing import Any, TypeVar
 
 import numpy as np
+import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.documents import Vector
 from hrp2_description.errors import RobotConfigError
@@ -66,12 +67,6 @@ def wrenches(values: ArrayLike) -> Array:
     return np.asarray(np.asarray(values, dtype=float) * _WRENCH)
 
 
-def imu_sample(sample: ImuSample) -> ImuSample:
-    """Return the image of an IMU's reading."""
-    return ImuSample(orientations(sample.orientation), -FLIP * sample.angular_velocity,
-                     FLIP * sample.specific_force)
-
-
 class Straight:
     """Robot and door as they are, with the door hinged at the robot's right."""
 
@@ -109,6 +104,17 @@ class Mirror(Straight):
             and np.allclose(other.placement.translation, FLIP * frame.placement.translation)}
         self._texts = lru_cache(_CACHED)(
             lambda text: _WORD.sub(lambda word: self._twins.get(word[0], word[0]), text))
+        # From a frame in which the mirror is y = 0 to the IMU's, where that is another plane.
+        self._imu = np.eye(3)
+        if config.imu_frame is not None:
+            frame, data = model.getFrameId(config.imu_frame), model.createData()
+            pin.framesForwardKinematics(model, data, pin.neutral(model))
+            turn = np.array(data.oMf[frame].rotation)
+            self._imu = FLIP[:, None] * (turn.T @ (FLIP[:, None] * turn))
+            carrier = model.frames[frame].parentJoint
+            if twin[carrier] != carrier:
+                raise RobotConfigError("imu_frame is fixed to a limb and has no mirror image",
+                                       value=model.names[carrier], limit="a link of the trunk")
         off = float(np.abs(self.joints(config.half_sitting) - config.half_sitting).max())
         if off > 0.0:
             raise RobotConfigError("half_sitting is not symmetric [rad]", value=off, limit=0.0)
@@ -127,7 +133,23 @@ class Mirror(Straight):
         Points and poses are taken as those of odom, vectors as those of frames of the robot, and
         names of joints, links and sides in it become those of their twins.
         """
-        return self._image(message, np.ones(0))
+        image = self._image(message, np.ones(0))
+        if type(message).__name__ == "Imu":
+            turn = image.orientation
+            turn.x, turn.y, turn.z, turn.w = self._reframed(
+                [turn.x, turn.y, turn.z, turn.w]).tolist()
+            for part in (image.angular_velocity, image.linear_acceleration):
+                part.x, part.y, part.z = (self._imu.T @ [part.x, part.y, part.z]).tolist()
+        return image
+
+    def imu_sample(self, sample: ImuSample) -> ImuSample:
+        """Return the image of an IMU's reading."""
+        return ImuSample(self._reframed(orientations(sample.orientation)),
+                         self._imu.T @ (-FLIP * sample.angular_velocity),
+                         self._imu.T @ (FLIP * sample.specific_force))
+
+    def _reframed(self, turn: ArrayLike) -> Array:
+        return np.array((pin.Quaternion(np.asarray(turn)) * pin.Quaternion(self._imu)).coeffs())
 
     def _image(self, message: Any, signs: Array) -> Any:
         """Return the image of a message; the signs are those of the joints that it is about."""
@@ -174,7 +196,7 @@ class Mirror(Straight):
         return TickSample(
             sample.time, self.joints(sample.position), self.joints(sample.velocity),
             self.joints(sample.effort), wrenches(sample.right_wrench),
-            wrenches(sample.left_wrench), imu_sample(sample.imu), sample.counts, *hands)
+            wrenches(sample.left_wrench), self.imu_sample(sample.imu), sample.counts, *hands)
 
     def left_armed(self, config: RobotConfig) -> RobotConfig:
         """Return the configuration of the robot as it is simulated when it hits with its left arm.

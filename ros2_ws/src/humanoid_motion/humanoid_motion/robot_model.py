@@ -8,6 +8,7 @@ parallel to those of odom. q and v are Pinocchio's vectors of configuration and 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -189,6 +190,19 @@ class RobotModel:
         return [
             np.array(pin.updateFramePlacement(self.model, self.data, index).homogeneous)
             for index in map(self._frame_id, names)]
+
+    def base_tilt(self, joints: ArrayLike, imu: Array) -> float:
+        """Compute the angle between base_link's z axis and the vertical [rad].
+
+        Args:
+            joints: Joints, (J,) [rad].
+            imu: Rotation of the IMU in the world, (3, 3); without `imu_frame` that of base_link.
+        """
+        frame, vertical = self.config.imu_frame, imu[2]
+        if frame is not None:
+            vertical = self.poses_in_base(joints, [frame])[0][:3, :3] @ vertical
+        x, y, z = vertical.tolist()
+        return math.atan2(math.hypot(x, y), z)
 
     @cached_property
     def tree(self) -> tuple[tuple[str, str], ...]:

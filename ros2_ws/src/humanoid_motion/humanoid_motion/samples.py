@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,12 +28,6 @@ class ImuSample:
     def rotation(self) -> Array:
         """Rotation of the IMU's frame in the world, (3, 3)."""
         return np.asarray(pin.Quaternion(self.orientation).normalized().matrix())
-
-    @property
-    def tilt(self) -> float:
-        """Angle between the z axis of the IMU's frame and the vertical [rad]."""
-        x, y = self.orientation[:2]
-        return 2.0 * math.asin(min(math.hypot(x, y), 1.0))
 
 
 NO_IMU = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.zeros(3))

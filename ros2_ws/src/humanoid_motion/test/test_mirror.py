@@ -8,7 +8,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 from door_impact_msgs.msg import DoorPassagePlan, HandCompliance, ImpactPlan, PlanPhase
-from geometry_msgs.msg import Point, PointStamped, Quaternion, WrenchStamped
+from geometry_msgs.msg import Point, PointStamped, WrenchStamped
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import load_robot_config
 from humanoid_motion import mirror
@@ -16,6 +16,7 @@ from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.mirror import Mirror
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import ImuSample
+from robot_driver.messages import imu_sample
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Imu, JointState
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -58,6 +59,37 @@ def test_links_of_the_image_are_where_the_mirror_shows_their_twins(seed):
             turned, np.diag([-1, 1, 1]) @ turn @ np.diag([1, -1, 1]), atol=1e-9)
     off = ROBOT.com(there) - mirror.places(ROBOT.com(here))
     assert 2.5e-3 < np.linalg.norm(off) < 3.5e-3  # the trunk is not symmetric
+
+
+@pytest.mark.parametrize("rpy", ["0 0 0", "3.1416 0 1.5708", "0 1.5708 0", "0.3 -0.5 2.0"])
+def test_an_imu_tells_the_bases_tilt_and_its_image_is_what_the_images_imu_reads(tmp_path, rpy):
+    """However it and the robot are turned, with a bent chest; as a sample and as a message."""
+    tree = ET.parse(CONFIG.urdf_path)
+    tree.getroot().find("joint[@name='imu_link_joint']/origin").attrib["rpy"] = rpy
+    tree.write(tmp_path / "turned.urdf")
+    robot = RobotModel(dataclasses.replace(CONFIG, urdf_path=tmp_path / "turned.urdf"))
+    turned, world = Mirror(robot.config), np.array([-1.0, 1.0, 1.0])
+    (base, _, joints), (rate, force) = posture(5), np.random.default_rng(6).normal(size=(2, 3))
+    fallen = Rotation.from_euler("ZYX", [2.0, 0.5, 2.5])
+    turn, tilt = fallen.as_quat(), np.arccos(fallen.as_matrix()[2, 2])
+
+    def read(base, turn, joints, rate, force):
+        frame = robot.frame_pose(q_of(base, turn, joints), CONFIG.imu_frame)[1]
+        return ImuSample(Rotation.from_matrix(frame).as_quat(), frame.T @ rate, frame.T @ force)
+
+    here = read(base, turn, joints, rate, force)
+    assert robot.base_tilt(joints, here.rotation) == pytest.approx(tilt)
+    there = read(mirror.places(base), mirror.orientations(turn), turned.joints(joints),
+                 -world * rate, world * force)
+    message = Imu()
+    for part, row in zip(("orientation", "angular_velocity", "linear_acceleration"),
+                         dataclasses.astuple(here), strict=True):
+        kind = type(getattr(message, part))
+        setattr(message, part, kind(**dict(zip("xyzw", row.tolist(), strict=False))))
+    for image in (turned.imu_sample(here), imu_sample(turned.message(message))):
+        np.testing.assert_allclose(image.rotation, there.rotation, atol=1e-9)
+        np.testing.assert_allclose(image.angular_velocity, there.angular_velocity, atol=1e-9)
+        np.testing.assert_allclose(image.specific_force, there.specific_force, atol=1e-9)
 
 
 def test_limits_of_twins_are_alike():
@@ -107,7 +139,7 @@ def test_a_text_names_twins():
 
 
 def test_messages_are_those_of_the_other_side():
-    """Of joints, IMU, feet and commands; each is its own image's image."""
+    """Of joints, feet and commands; each is its own image's image."""
     joints = JointState(name=["RARM_JOINT3", "LLEG_JOINT1", "door_hinge"],
                         position=[1.0, 2.0, 3.0], velocity=[4.0, 5.0, 6.0])
     image = MIRROR.message(joints)
@@ -124,11 +156,9 @@ def test_messages_are_those_of_the_other_side():
     other = MIRROR.message(foot)
     assert (other.header.frame_id, other.wrench.force.y, other.wrench.torque.x) == (
         "r_sole", -3.0, -4.0)
-    imu = Imu(orientation=Quaternion(x=0.1, y=0.2, z=0.3, w=0.9))
-    imu.angular_velocity.z = imu.linear_acceleration.y = 2.0
     zmp = PointStamped(point=Point(x=1.0, y=2.0))
     assert MIRROR.message(zmp).point == Point(x=-1.0, y=2.0)
-    for message in (joints, command, foot, imu, zmp):
+    for message in (joints, command, foot, zmp):
         assert MIRROR.message(message) != message
         assert MIRROR.message(MIRROR.message(message)) == message
 
@@ -181,10 +211,11 @@ def test_the_simulated_robot_leans_on_its_left_arm():
 @pytest.mark.parametrize(("joint", "xyz"), [
     ("LARM_JOINT3", "0 0.005 -0.25"), ("CHEST_JOINT0", "0.032 0.01 0.3507")])
 def test_a_robot_without_an_image_is_refused(tmp_path, joint, xyz):
-    """One whose arms differ, and one whose trunk is beside the middle."""
+    """Arms that differ, a trunk beside the middle, and an IMU on a limb."""
     tree = ET.parse(CONFIG.urdf_path)
     tree.getroot().find(f"joint[@name='{joint}']/origin").attrib["xyz"] = xyz
     path = tmp_path / "other.urdf"
     tree.write(path)
-    with pytest.raises(RobotConfigError, match="no mirror image"):
-        Mirror(dataclasses.replace(CONFIG, urdf_path=path))
+    for change in {"urdf_path": path}, {"imu_frame": "l_sole"}:
+        with pytest.raises(RobotConfigError, match="no mirror image"):
+            Mirror(dataclasses.replace(CONFIG, **change))

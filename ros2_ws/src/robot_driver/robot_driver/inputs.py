@@ -14,14 +14,15 @@ from typing import Any
 import numpy as np
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
+from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import NO_IMU, ImuSample, Measured
 from numpy.typing import ArrayLike
 
 from robot_driver.freshness import Freshness
-from robot_driver.intake import Arrival, Intake, Plausible
+from robot_driver.intake import Arrival, Intake
 from robot_driver.motion import Motion
 from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
-from robot_driver.ranges import DOOR_ANGLE, FORCE, INERTIAL
+from robot_driver.ranges import DOOR_ANGLE, FORCE, INERTIAL, joint_ranges
 from robot_driver.stamp_matching import ImuMatcher, Match, StampPairer
 
 ENOUGH = 0.2  # time of messages from which the sensors are judged before a motion [s]
@@ -34,7 +35,7 @@ class Inputs:
     """Passes messages about robot and door to the present motion.
 
     Args:
-        joints: What positions and speeds of the joints can be.
+        robot: The robot.
         watches: Watches for silent topics. Each accepted message is noted in each of them.
         observes: Whether the motion only observes. It gets joint states without speeds (NaN), too,
             and complete samples of a robot whose IMU is silent, with `NO_IMU`.
@@ -45,7 +46,7 @@ class Inputs:
         joints: Stamp [s], positions (J,) [rad] and speeds (J,) [rad/s] of the last joint state;
             None before the first one.
         since: Stamp of the first joint state [s]; NaN before it.
-        tilt: Last angle between the trunk and the vertical [rad]; NaN before the first one.
+        tilt: Last angle of base_link's z axis to the vertical [rad]; NaN before the first one.
         door_angle: Last angle of the door [rad]; NaN before the first one.
         hand_force: Magnitude of the last force on the right hand [N]; NaN before the first one.
         lag: Time by which the last joint state lagged behind the present [s].
@@ -54,11 +55,12 @@ class Inputs:
         intake: The checks, with the number of dropped messages.
     """
 
-    def __init__(self, joints: Plausible, *watches: Freshness, observes: bool = False) -> None:
+    def __init__(self, robot: RobotModel, *watches: Freshness, observes: bool = False) -> None:
+        self._robot = robot
         self.motion: Motion | None = None
         self._observes = observes
         self.intake = Intake({
-            JOINTS: joints, IMU: INERTIAL, DOOR: DOOR_ANGLE,
+            JOINTS: joint_ranges(robot), IMU: INERTIAL, DOOR: DOOR_ANGLE,
             **dict.fromkeys((*WRENCHES.values(), HAND), FORCE)})
         self._watches = watches
         self._clear()
@@ -121,11 +123,14 @@ class Inputs:
 
     def on_imu(self, arrival: Arrival, reading: ImuSample) -> list[Command]:
         """Handle a reading of the IMU, as `on_joints`."""
-        values = (reading.tilt, *reading.angular_velocity, *reading.specific_force)
+        position = self._robot.config.half_sitting if self.joints is None else self.joints[1]
+        tilt = self._robot.base_tilt(position, reading.rotation)
+        values = (tilt, *reading.angular_velocity, *reading.specific_force)
         if not self._accepted(IMU, arrival, values):
             return []
-        self.tilt = reading.tilt
-        commands = self.motion.on_imu(arrival.stamp, reading) if self.motion else []
+        self.tilt = tilt
+        commands = self.motion.on_imu(
+            arrival.stamp, tilt, reading.specific_force) if self.motion else []
         return commands + self._measured(
             arrival, self._readings.add_reading(arrival.stamp, reading))
 

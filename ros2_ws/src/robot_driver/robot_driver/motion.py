@@ -6,7 +6,7 @@ import enum
 
 from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
-from humanoid_motion.samples import ImuSample, Measured
+from humanoid_motion.samples import Measured
 
 
 class Outcome(enum.Enum):
@@ -83,8 +83,8 @@ class Motion:
         """Handle joint positions [rad] and speeds [rad/s], (J,) each."""
         return []
 
-    def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
-        """Handle a reading of the IMU."""
+    def on_imu(self, now: float, tilt: float, force: Array) -> list[Command]:
+        """Handle the base's tilt [rad] and the specific force in the IMU's frame, (3,) [m/s^2]."""
         return []
 
     def on_wrenches(self, now: float, left: Array, right: Array) -> list[Command]:

@@ -10,7 +10,7 @@ from robot_driver.intake import Plausible
 _JOINT_OVER = 0.3  # by how much a joint can be measured beyond its range [rad]
 _JOINT_RATE = 2.0  # largest plausible speed of a joint as a multiple of its limit
 _JOINT_SLACK = 0.05  # change of a joint that is always plausible [rad]
-_TILT_RATE = 6.0  # largest plausible rate of the trunk's tilt; a falling robot has some 3 [rad/s]
+_TILT_RATE = 6.0  # largest plausible rate of the base's tilt; a falling robot has some 3 [rad/s]
 _TILT_SLACK = 0.1  # change of the tilt that is always plausible [rad]
 _DOOR_RATE = 6.0  # largest plausible speed of the door [rad/s]
 _DOOR_SLACK = 0.02  # change of the door's angle that is always plausible [rad]
@@ -27,7 +27,7 @@ INERTIAL = Plausible((np.pi, *[_GYRO] * 3, *[_SPECIFIC_FORCE] * 3),
                      (_TILT_RATE, *[np.inf] * 6), _TILT_SLACK, longest=0.1,
                      names=("tilt [rad]", *["angular velocity [rad/s]"] * 3,
                             *["specific force [m/s^2]"] * 3))
-"""Tilt of the trunk [rad], angular velocity [rad/s] and specific force [m/s^2]."""
+"""Tilt of the base [rad], angular velocity [rad/s] and specific force [m/s^2]."""
 
 
 def joint_ranges(robot: RobotModel) -> Plausible:

@@ -49,7 +49,6 @@ from robot_driver.names import (
     TRAJECTORY,
     WRENCHES,
 )
-from robot_driver.ranges import joint_ranges
 from robot_driver.sensor_doubts import doubts, grave
 
 WATCH_PERIOD = 0.05  # time between two checks that messages arrive [s]
@@ -232,7 +231,7 @@ class RobotTopics(SensorTopics):
             Freshness((JOINTS, IMU, DOOR, HAND), parameters.number(name), WATCH_PERIOD,
                       optional=[HAND]) for name in ("stale_after", "silent_after"))
         super().__init__(
-            node, robot, Inputs(joint_ranges(robot), self.freshness, self._silence),
+            node, robot, Inputs(robot, self.freshness, self._silence),
             self._sent, sight=sight)
         self._send = after
         self.zmp: tuple[float, Array] | None = None

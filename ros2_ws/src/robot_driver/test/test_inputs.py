@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from humanoid_motion.samples import NO_IMU, ImuSample
 from rclpy.qos import ReliabilityPolicy
@@ -11,7 +10,6 @@ from robot_driver.inputs import Inputs, Motion
 from robot_driver.intake import Arrival
 from robot_driver.messages import imu_sample
 from robot_driver.names import COMMANDERS, TRAJECTORY
-from robot_driver.ranges import joint_ranges
 from robot_driver.topics import crowded, silence_of
 from sensor_msgs.msg import Imu
 
@@ -25,15 +23,16 @@ def joints(inputs: Inputs, stamp: float, position: np.ndarray = HALF_SITTING) ->
     return inputs.joints is not None and inputs.joints[0] == stamp
 
 
-RANGES = joint_ranges(SimpleNamespace(
+ROBOT = SimpleNamespace(
     joint_names=("HIP", "KNEE", "ANKLE"), lower=np.full(3, -1.5), upper=np.full(3, 1.5),
-    speed_limit=np.full(3, 4.0)))
+    speed_limit=np.full(3, 4.0), config=SimpleNamespace(half_sitting=HALF_SITTING),
+    base_tilt=lambda position, turn: 0.0)
 
 
 @pytest.fixture
 def inputs() -> Inputs:
     """Those of a robot that has stood for 2 s."""
-    made = Inputs(RANGES)
+    made = Inputs(ROBOT)
     for stamp in np.arange(100.0, 102.0, TICK):
         assert joints(made, stamp)
     return made
@@ -62,7 +61,7 @@ def tick(inputs: Inputs, stamp: float, speed: np.ndarray = STILL) -> None:
 
 @pytest.mark.parametrize("observes", [True, False])
 def test_only_who_observes_hears_samples_without_speeds_or_an_imu(observes: bool) -> None:
-    inputs = Inputs(RANGES, observes=observes)
+    inputs = Inputs(ROBOT, observes=observes)
     for number in range(20):
         tick(inputs, 100.0 + TICK * number, np.full(3, np.nan) if number < 10 else STILL)
     assert len(inputs.recent) == 20 * observes
@@ -71,7 +70,7 @@ def test_only_who_observes_hears_samples_without_speeds_or_an_imu(observes: bool
 
 
 def test_an_imu_with_stamps_of_its_own_gives_every_sample_its_nearest_reading() -> None:
-    inputs, level = Inputs(RANGES), np.array([0.0, 0.0, 0.0, 1.0])
+    inputs, level = Inputs(ROBOT), np.array([0.0, 0.0, 0.0, 1.0])
     for number in range(20):
         if number % 2:  # at 100 Hz
             stamp = 100.001 + TICK * number
@@ -92,7 +91,7 @@ def test_nothing_of_an_old_clock_is_left_in_a_new_one() -> None:
         def lags(self, seconds: float) -> None:
             pass
 
-    inputs = Inputs(RANGES, observes=True)
+    inputs = Inputs(ROBOT, observes=True)
     inputs.motion = heard = Heard()
     for begin in (100.0, 50.0, 3.0):
         tick(inputs, begin)
@@ -145,14 +144,6 @@ def imu(**changes: tuple[str, float]) -> Imu:
 def test_an_imu_without_an_orientation_or_a_number_gives_no_reading(message: Imu) -> None:
     """A message as constructed is no robot that stands upright."""
     assert imu_sample(message) is None
-
-
-@pytest.mark.parametrize("heading", [0.0, 2.0])
-@pytest.mark.parametrize("tilt", [0.0, 0.6, 3.1])
-def test_the_tilt_of_an_imu_is_its_angle_to_the_vertical_in_any_heading(
-        tilt: float, heading: float) -> None:
-    turn = pin.Quaternion(pin.rpy.rpyToMatrix(tilt, 0.0, heading)).coeffs()
-    assert ImuSample(turn, STILL, STILL).tilt == pytest.approx(tilt)
 
 
 def test_an_imu_without_an_accelerometer_has_a_specific_force_of_zeros() -> None:

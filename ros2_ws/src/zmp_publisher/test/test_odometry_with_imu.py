@@ -28,11 +28,14 @@ def _stand(odometry, imu, base, soles, loads=BOTH, times=1):
     return pose
 
 
-@pytest.mark.parametrize("share", [0.5, 1.0])
-def test_stepping_returns_the_true_footholds_also_with_an_imu_that_comes_and_goes(share):
-    """Over 12 steps with turns, whatever the IMU's own heading."""
-    rng = np.random.default_rng(0)
-    odometry, imu = _odometry(), ExactImu()
+@pytest.mark.parametrize(("share", "rpy"), [
+    (0.5, (0.0, 0.0, 0.0)), (1.0, (np.pi, 0.0, np.pi / 2)), (1.0, (0.0, np.pi / 2, 0.0))])
+def test_stepping_returns_the_true_footholds_also_with_an_imu_that_comes_and_goes(share, rpy):
+    """Over 12 steps with turns, whatever the IMU's own heading, and also if it lies on its side."""
+    rng, robot = np.random.default_rng(0), RobotModel(RIGID.config)
+    frame = robot.model.frames[robot.model.getFrameId(ROBOT.imu_frame)]
+    frame.placement.rotation = pin.rpy.rpyToMatrix(*rpy)
+    odometry, imu = _odometry(robot), ExactImu(robot=robot)
     used = []
     for positions, loads, base, soles in walk(12, np.random.default_rng(11)):
         reading = imu.read(positions, base)

@@ -164,7 +164,7 @@ class WeightedSoles:
             weights = self._weights
         parts = {side: weight / sum(weights.values()) for side, weight in weights.items()}
 
-        turn = self._heading_by_gyro(imu, elapsed) @ imu_in_base.T
+        turn = self._heading_by_gyro(imu, imu_in_base, elapsed)
         off = sum(
             part * _wrapped(self._anchors[side][2] - yaw_of(turn @ in_base[side][:3, :3]))
             for side, part in parts.items()
@@ -189,12 +189,16 @@ class WeightedSoles:
         self._turn, self._time, self._weights = turn @ imu_in_base, time, now
         return RobotPose(base, soles, self._support)
 
-    def _heading_by_gyro(self, imu: ImuSample, elapsed: float) -> Array:
-        """Return the rotation of the IMU in odom with its tilt and the gyro's heading, (3, 3)."""
-        measured = imu.rotation
+    def _heading_by_gyro(self, imu: ImuSample, in_base: Array, elapsed: float) -> Array:
+        """Return the rotation of base_link in odom: the IMU's tilt, the gyro's heading, (3, 3).
+
+        The headings are base_link's own, because an IMU may lie on its side and have none.
+        """
+        measured = imu.rotation @ in_base.T
         turned = np.eye(3)
         if self._turn is not None:
-            turned = self._turn @ pin.exp3(np.asarray(imu.angular_velocity, dtype=float) * elapsed)
+            rate = np.asarray(imu.angular_velocity, dtype=float)
+            turned = self._turn @ pin.exp3(rate * elapsed) @ in_base.T
         return np.asarray(_turn(yaw_of(turned) - yaw_of(measured)) @ measured)
 
     def _move_anchors(

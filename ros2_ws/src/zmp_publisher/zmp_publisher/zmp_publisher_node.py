@@ -29,7 +29,6 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from robot_driver.foot_doubts import LIFTED, FootDoubts, lifted
 from robot_driver.inputs import Inputs, Motion
 from robot_driver.names import CLOCK, IMU, JOINTS, WRENCHES
-from robot_driver.ranges import joint_ranges
 from robot_driver.sensor_doubts import doubts, stood_still
 from robot_driver.topics import WARNING_PERIOD, SensorTopics, crowded
 from std_srvs.srv import Trigger
@@ -43,7 +42,7 @@ from zmp_publisher.zmp_estimator import ZmpEstimator, ZmpReading
 
 PARAMETERS: dict[str, tuple[Any, str]] = {
     "robot_config": ("", "robot.yaml to use instead of hrp2_description's"),
-    "world_frame": ("odom", "frame of all published positions, and parent of base_link in /tf"),
+    "world_frame": ("odom", "frame of all published positions, and parent of the root link in /tf"),
     "frame_prefix": FRAME_PREFIX,
     "robot_start": (
         [0.0, 0.0, 0.0],
@@ -108,7 +107,7 @@ class ZmpPublisher(GuardedNode, Motion):
         self._leapt = False  # since that sample
         self._begin()
         self._frames = [(prefix + parent, prefix + child) for parent, child in (
-            (parameters.text("world_frame"), "base_link"), *self._model.tree)]
+            (parameters.text("world_frame"), self._robot.root_link), *self._model.tree)]
         self._tf: TFMessage | None = None  # filled anew for each time
 
         self._zmp_publisher = self.create_publisher(PointStamped, "zmp", 10)
@@ -117,7 +116,7 @@ class ZmpPublisher(GuardedNode, Motion):
         self._polygon_publisher = self.create_publisher(PolygonStamped, "support_polygon", 10)
         self._marker_publisher = self.create_publisher(MarkerArray, "balance_markers", 10)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._inputs = Inputs(joint_ranges(self._model), observes=True)
+        self._inputs = Inputs(self._model, observes=True)
         self._topics = SensorTopics(self, self._model, self._inputs,
                                     qos=QoSProfile(depth=_QUEUE, reliability=reliability))
         self._topics.start()

@@ -39,7 +39,6 @@ from robot_driver.freshness import Freshness
 from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival
 from robot_driver.names import DOOR, HAND, IMU, JOINTS, WRENCHES
-from robot_driver.ranges import joint_ranges
 from robot_driver.sensor_doubts import doubts, grave
 from walking.errors import HitNotPlanned, InvalidGoal
 from walking.footsteps.footstep import ORIGIN, Footstep, Pose
@@ -106,7 +105,7 @@ class DriverLink(Link):
         self.refused: list[str] = []
         self.watches: list[Callable[[TickSample], None]] = []
         self._freshness = Freshness((JOINTS, IMU, DOOR, HAND), _STALE, _WATCH, optional=[HAND])
-        self.inputs = Inputs(joint_ranges(robot), self._freshness)
+        self.inputs = Inputs(robot, self._freshness)
         self._handlers: dict[str, Callable[..., Sequence[Command]]] = {
             IMU: self._on_imu, JOINTS: self.inputs.on_joints, HAND: self.inputs.on_hand,
             DOOR: self.inputs.on_door, **({

@@ -25,7 +25,7 @@ class Motion:
         door_velocity: Angular velocity of the door, positive when it opens (n,) [rad/s].
         contact_force: Normal force of the robot on the door (n,) [N].
         point_b_velocity: Velocity of point B towards the door (n,) [m/s].
-        joints: Joint angles (n, 30) [rad].
+        joints: Joint angles (n, J) [rad].
         base_position: Position of base_link in odom (n, 3) [m].
         com: Position of the CoM in odom (n, 3) [m].
     """

@@ -59,10 +59,10 @@ class SimulationLog:
         joint_names: Names of the joints.
         braced: Indices of the braced joints.
         tick_time: Times of the ends of the ticks, (T,) [s].
-        gear_torque: Largest torques of the gears in each tick, (T, 30) [N m].
-        gear_peak_torque: Momentary peak torques of the gears, (30,) [N m].
+        gear_torque: Largest torques of the gears in each tick, (T, J) [N m].
+        gear_peak_torque: Momentary peak torques of the gears, (J,) [N m].
         pad_force: Largest normal force of the pads in each tick, (T,) [N].
-        pad_impulse: Angular impulses of the pads on the joints in each tick, (T, 30) [N m s].
+        pad_impulse: Angular impulses of the pads on the joints in each tick, (T, J) [N m s].
         door_distance: Distance of the closed leaf's face from the origin of odom [m].
         hinge_x: x of the hinge in odom, of a hinge at the left -x [m].
         i_a: Moment of inertia of the simulated leaf about its hinge [kg m^2].

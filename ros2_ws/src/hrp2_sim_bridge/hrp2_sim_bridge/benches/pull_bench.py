@@ -33,7 +33,7 @@ def pull_test(
 
     Args:
         robot: Configuration of the robot.
-        posture: Joint angles, (30,) [rad].
+        posture: Joint angles, (J,) [rad].
         locked: Names of the joints that are locked.
         duration: Duration of the constant force [s].
         engine: Name of the physics engine.

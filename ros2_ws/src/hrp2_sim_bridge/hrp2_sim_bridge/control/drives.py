@@ -66,7 +66,7 @@ class JointDrives:
         self.peak[:] = 0.0
 
     def set_step(self, step: float, position: Array) -> None:
-        """Set the length of the coming steps [s] and the posture (30,) [rad] in which they begin.
+        """Set the length of the coming steps [s] and the posture (J,) [rad] in which they begin.
 
         Gears on very light links are stiffer than a step can follow, for instance those of the
         fingers, or of the shoulder where two of its axes are parallel. They are softened.
@@ -131,12 +131,12 @@ class Actuation:
         engine: Engine in which the robot stands.
         robot: Configuration of the robot.
         settings: Kind of the brace, and multiples of rotors, gears, servos and pads.
-        posture: Joint positions at the start, (30,) [rad].
+        posture: Joint positions at the start, (J,) [rad].
 
     Attributes:
         drives: Motors and gears.
         pads: Pads of arm and trunk; None if the brace is no contact.
-        state: Positions [rad] and velocities [rad/s] of the joints after the last step, (2, 30).
+        state: Positions [rad] and velocities [rad/s] of the joints after the last step, (2, J).
 
     Raises:
         RobotConfigError: The robot's configuration has no drives, or no pads where they are asked.
@@ -164,14 +164,14 @@ class Actuation:
 
     @property
     def motors(self) -> Array:
-        """Angles [rad], speeds [rad/s] and torques [N m] of the motors, (3, 30)."""
+        """Angles [rad], speeds [rad/s] and torques [N m] of the motors, (3, J)."""
         return np.array([self.drives.position, self.drives.speed, self.drives.motor])
 
     def begin_tick(self, reference: Array, step: float, *, near: bool, fell: bool) -> bool:
         """Prepare the steps of a tick; return whether the braced joints are locked.
 
         Args:
-            reference: Commanded posture at its start, (30,) [rad].
+            reference: Commanded posture at its start, (J,) [rad].
             step: Length of its physics steps [s].
             near: Whether the robot is near the leaf.
             fell: Whether the robot has fallen.
@@ -208,7 +208,7 @@ class Actuation:
         """Take a physics step; return forces and torques at the force sensors.
 
         Args:
-            order: Reference of the joints at its end [rad] and its mean rate [rad/s], (2, 30).
+            order: Reference of the joints at its end [rad] and its mean rate [rad/s], (2, J).
             door_torque: Torque on the leaf [N m].
         """
         torque = self.drives.torque(order, self.state)

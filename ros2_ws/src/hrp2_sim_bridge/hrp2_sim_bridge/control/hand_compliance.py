@@ -111,7 +111,7 @@ class HandCompliance:
         self._hands[SIDES.index(side)].change(impedance if "stiffness" in given else None)
 
     def offsets(self, times: Array) -> Array:
-        """Return joint corrections (T, 30) [rad] at times (T,) [s] in the last update's tick."""
+        """Return joint corrections (T, J) [rad] at times (T,) [s] in the last update's tick."""
         share = ((times - self._begin) / TICK).clip(0.0, 1.0)[:, None]
         return np.asarray(self._before + share * (self._after - self._before))
 
@@ -170,7 +170,7 @@ class HandCompliance:
 
         Args:
             index: 0 for the left hand, 1 for the right one.
-            position: Commanded posture, (30,) [rad].
+            position: Commanded posture, (J,) [rad].
             pose: The hand with the present correction.
             target: Wanted place of the hand in the axes of base_link, (3,) [m].
 

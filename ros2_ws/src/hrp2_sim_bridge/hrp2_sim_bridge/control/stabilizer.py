@@ -118,7 +118,7 @@ class Stabilizer:
         self._coming: deque[tuple[ReferenceStance, FootLoads]] = deque(maxlen=self._lead)
 
     def offsets(self, times: Array) -> Array:
-        """Return joint corrections (T, 30) [rad] at times (T,) [s] in the last update's tick."""
+        """Return joint corrections (T, J) [rad] at times (T,) [s] in the last update's tick."""
         share = ((times - self._begin) / TICK).clip(0.0, 1.0)[:, None]
         return np.asarray(self._before + share * (self._after - self._before))
 
@@ -280,7 +280,7 @@ class Stabilizer:
         self._give = self._torque / drives.stiffness + self._servo
 
     def _joint_offsets(self, stance: ReferenceStance) -> Array:
-        """Compute the joint corrections that move the feet as commanded, (30,) [rad]."""
+        """Compute the joint corrections that move the feet as commanded, (J,) [rad]."""
         twist = np.zeros((2, 6, 1))
         for foot, (lift, roll, pitch) in enumerate(self._feet.tolist()):
             x, y = self._middles[foot]

@@ -36,7 +36,7 @@ class ReferenceStance:
         normal_force: Normal force of the floor on both soles together [N].
         force: Horizontal force of the floor on both soles together, (2,) [N].
         yaw_moment: Moment of the floor about the vertical through the frame's origin [N m].
-        effort: Torques of the joints without the floor's forces, (30,) [N m].
+        effort: Torques of the joints without the floor's forces, (J,) [N m].
         sole_force: Force of the floor on both soles together, in the axes of each, (2, 3) [N].
         centers: x and y of the soles' middles, (2, 2) [m].
         heights: Heights of the soles over the floor, (2,) [m].
@@ -103,7 +103,7 @@ class ReferenceStanceModel:
         """Compute the stance.
 
         Args:
-            reference: Positions, velocities and accelerations of the joints, (30,) each.
+            reference: Positions, velocities and accelerations of the joints, (J,) each.
         """
         if reference.velocity.any() or reference.acceleration.any():
             return self._compute(reference)

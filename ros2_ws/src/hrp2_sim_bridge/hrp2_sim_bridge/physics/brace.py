@@ -39,11 +39,11 @@ class BracePads:
         clearance: Distance by which the pads are too far from each other for a contact to be
             computed [m]; 0 where they are near.
         jacobian: Jacobian of the arm's pad relative to the trunk's, along the normal and the two
-            tangents, by the joints, (3, 30); valid while the clearance is 0.
+            tangents, by the joints, (3, J); valid while the clearance is 0.
         force: Force on the arm's pad: along the normal of the trunk's pad, which is positive, and
             along its two tangents, (3,) [N].
         peak: Largest normal force since `clear` [N].
-        impulse: Impulses of the torques on the joints since `clear`, (30,) [N m s].
+        impulse: Impulses of the torques on the joints since `clear`, (J,) [N m s].
     """
 
     def __init__(self, robot: RobotConfig, brace: Brace, scale: float = 1.0) -> None:
@@ -76,7 +76,7 @@ class BracePads:
         self.impulse = np.zeros(len(self._v_index))
 
     def linearize(self, position: Array) -> None:
-        """Compute place and Jacobian of the arm's pad at joint positions (30,) [rad].
+        """Compute place and Jacobian of the arm's pad at joint positions (J,) [rad].
 
         `torque` extrapolates from there, so this is called again after a millisecond.
         """
@@ -109,7 +109,7 @@ class BracePads:
     def soften(self, step: float, inertia: Array) -> None:
         """Make the pads as stiff as wanted, or as physics steps [s] can follow.
 
-        That depends on the least inertia that each joint can show, (30,) [kg m^2].
+        That depends on the least inertia that each joint can show, (J,) [kg m^2].
         """
         stiffness, damping = self._wanted
         mass = 1.0 / max(float((self.jacobian[0] ** 2).dot(1.0 / inertia)), _IMMOBILE)
@@ -118,7 +118,7 @@ class BracePads:
         self._stiffness, self._damping = share * stiffness, share * damping
 
     def torque(self, position: Array, speed: Array, step: float) -> Array | float:
-        """Return the torques on the joints, (30,) [N m], for a step [s]; 0 without contact."""
+        """Return the torques on the joints, (J,) [N m], for a step [s]; 0 without contact."""
         if self.clearance > 0.0:
             return 0.0
         place = self._offset + self.jacobian.dot(position)  # half the time of @

@@ -42,7 +42,7 @@ class Scene:
 
     Attributes:
         robot: Configuration of the robot.
-        posture: Joint angles at the start, (30,) [rad].
+        posture: Joint angles at the start, (J,) [rad].
         door: Configuration of the door.
         door_distance: Distance of the leaf's face from the world's origin [m].
         hinge_x: x of the hinge [m].
@@ -154,10 +154,10 @@ class Engine(Protocol):
         """Push the robot with a force (3,) [N] in all coming steps, shared by the links' masses."""
 
     def step(self, torque: Array, door_torque: float) -> Reactions:
-        """Step with torques on the joints (30,) and on the leaf [N m]."""
+        """Step with torques on the joints (J,) and on the leaf [N m]."""
 
     def joint_state(self) -> Array:
-        """Return joint positions [rad] and velocities [rad/s] after the last step, (2, 30)."""
+        """Return joint positions [rad] and velocities [rad/s] after the last step, (2, J)."""
 
     def read_base(self) -> list[float]:
         """Return 13 numbers of the base after the last step, of which `base_states` makes states.

@@ -72,7 +72,7 @@ class Kinematics:
 
         Args:
             base: States of base_link as `Engine.base_states` returns them, (T, 13).
-            joints: Positions [rad] and velocities [rad/s] of the joints, (T, 2, 30).
+            joints: Positions [rad] and velocities [rad/s] of the joints, (T, 2, J).
 
         Returns:
             States (T, L) of the links; positions [m] and velocities [m/s] of the CoM, (T, 2, 3).

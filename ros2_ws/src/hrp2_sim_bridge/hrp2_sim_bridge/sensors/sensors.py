@@ -72,8 +72,8 @@ class JointEncoders:
     """Incremental encoders on the motors, and the velocities that a driver computes from them.
 
     Args:
-        resolution: Joint angle of one count, (30,) [rad].
-        position: Joint positions at power-on, (30,) [rad].
+        resolution: Joint angle of one count, (J,) [rad].
+        position: Joint positions at power-on, (J,) [rad].
     """
 
     def __init__(self, resolution: Array, position: Array) -> None:
@@ -84,7 +84,7 @@ class JointEncoders:
         return np.asarray(np.rint(position / self._resolution) * self._resolution)
 
     def read(self, position: Array) -> tuple[Array, Array]:
-        """Return positions in whole counts [rad] and their changes over the tick [rad/s], (30,).
+        """Return positions in whole counts [rad] and their changes over the tick [rad/s], (J,).
 
         A change is the mean velocity, with a delay of half a tick (2.5 ms).
         """
@@ -140,7 +140,7 @@ class RobotSensors:
     def power_on(self, position: Array, imu: LinkStates) -> None:
         """Switch the sensors on and calibrate them; biases and noise follow from the seed alone.
 
-        The joints are at positions (30,) [rad], and the IMU's frame is at rest.
+        The joints are at positions (J,) [rad], and the IMU's frame is at rest.
         """
         self._random = np.random.default_rng([self._seed, _STREAM])
         self._imu_before = imu
@@ -162,7 +162,7 @@ class RobotSensors:
 
         Args:
             time: Time at the end of the tick [s].
-            joints: True positions [rad], velocities [rad/s] and motor torques [N m], (3, 30).
+            joints: True positions [rad], velocities [rad/s] and motor torques [N m], (3, J).
             wrenches: True mean wrenches over the tick on the left and the right sole, and on the
                 left and the right hand if their wrists have sensors, (2, 6) or (4, 6) [N, N m].
             imu: True state of the IMU's frame.

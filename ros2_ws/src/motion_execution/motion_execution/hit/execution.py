@@ -22,7 +22,6 @@ from dataclasses import replace
 from door_impact_common.arrays import Array
 from humanoid_motion import samples
 from humanoid_motion.driver_interface import Command
-from humanoid_motion.samples import ImuSample
 from impact_planner.errors import InvalidRequest
 from robot_driver.motion import Motion, Outcome, failed, silent
 
@@ -183,11 +182,11 @@ class Execution(Motion):
         self._run.door_angles.append(angle)
         return self._enter(self._state.on_door(now, angle, velocity))
 
-    def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
+    def on_imu(self, now: float, tilt: float, force: Array) -> list[Command]:
         """Handle a reading of the IMU."""
-        commands = self._enter(self._state.on_tilt(reading.tilt))
-        if reading.specific_force.any():
-            commands += self._enter(self._state.on_specific_force(now, reading.specific_force))
+        commands = self._enter(self._state.on_tilt(tilt))
+        if force.any():
+            commands += self._enter(self._state.on_specific_force(now, force))
         return commands
 
     def on_measured(self, now: float, measured: samples.Measured) -> list[Command]:

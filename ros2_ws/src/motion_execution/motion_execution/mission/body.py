@@ -81,8 +81,9 @@ class Body:
         self.require_messages(topics)
         base, joints = self._link.base(), self.inputs.joints
         if base is None or joints is None or self.soles() is None:
-            raise NotReady("no recent odometry has arrived on /tf (odom -> base_link): does "
-                           "zmp_publisher run?", quantity="/tf", value=None)
+            raise NotReady("no recent odometry has arrived on /tf (odom -> "
+                           f"{self.model.config.root_link}): does zmp_publisher run?",
+                           quantity="/tf", value=None)
         return Standing(base[1], self.inputs.tilt, joints[1], joints[2], self.attitude)
 
     def require_messages(self, topics: Sequence[str]) -> None:

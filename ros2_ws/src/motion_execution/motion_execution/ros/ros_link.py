@@ -240,7 +240,7 @@ class RosLink(Link):
     # -- messages -------------------------------------------------------------------------------
 
     def _on_tf(self, message: TFMessage) -> None:
-        heard = base_pose(message, self._prefix)
+        heard = base_pose(message, self.model.config.root_link, self._prefix)
         if heard is not None:
             self._base = heard[0], self.turned(heard[1])
 

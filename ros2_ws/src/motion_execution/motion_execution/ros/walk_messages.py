@@ -136,15 +136,16 @@ def footstep_markers(
     return array
 
 
-def base_pose(message: Any, prefix: str = "") -> tuple[float, Pose] | None:
-    """Read stamp [s] and pose of base_link in odom from a TFMessage, as seen from above, if any.
+def base_pose(message: Any, base: str, prefix: str = "") -> tuple[float, Pose] | None:
+    """Read stamp [s] and pose of the base in odom from a TFMessage, as seen from above, if any.
 
     Args:
         message: The message.
+        base: Name of the robot's root link.
         prefix: What precedes the names of both frames.
     """
     for each in message.transforms:
-        if (each.child_frame_id, each.header.frame_id) == (f"{prefix}base_link", prefix + ODOM):
+        if (each.child_frame_id, each.header.frame_id) == (prefix + base, prefix + ODOM):
             place, q = each.transform.translation, each.transform.rotation
             yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y**2 + q.z**2))
             pose = Pose(place.x, place.y, yaw)

@@ -17,7 +17,7 @@ from door_impact_common.constants import GRAVITY
 from door_impact_common.errors import DoorImpactError
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.samples import ImuSample, Measured
+from humanoid_motion.samples import Measured
 from humanoid_motion.splice import without_first
 from humanoid_motion.tolerances import STILL
 from robot_driver.motion import Motion
@@ -88,11 +88,11 @@ class Guard(Motion):
             return []
         return self._after(self._walk.on_joints(now, position, velocity))
 
-    def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
+    def on_imu(self, now: float, tilt: float, force: Array) -> list[Command]:
         """Handle a reading of the IMU while the robot steps."""
         if self._walk is None or not self.steps:
             return []
-        return self._after(self._walk.on_imu(now, reading))
+        return self._after(self._walk.on_imu(now, tilt, force))
 
     def on_measured(self, now: float, measured: Measured) -> list[Command]:
         """Step if a push has moved the capture point too far."""

@@ -32,7 +32,7 @@ class Standing:
 
     Attributes:
         base: Pose of base_link in odom by the odometry, as seen from above.
-        tilt: Angle between the trunk and the vertical [rad].
+        tilt: Angle between base_link's z axis and the vertical [rad].
         position: Joint positions, (J,) [rad].
         velocity: Joint speeds, (J,) [rad/s].
         attitude: Orientation of the IMU as a quaternion x, y, z, w, (4,); None: not known.

@@ -15,7 +15,6 @@ from door_impact_common.arrays import Array
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.knots import Knots
 from humanoid_motion.robot_model import RobotModel
-from humanoid_motion.samples import ImuSample
 from robot_driver.motion import Motion, Outcome
 from walking.errors import PLANNING_ERRORS
 from walking.footsteps.footstep import Stance
@@ -206,9 +205,9 @@ class Stepping(Motion):
         present = now + self.lag
         return self._at_rest(present) if self.resting(now) else self._under_way(present)
 
-    def on_imu(self, now: float, reading: ImuSample) -> list[Command]:
+    def on_imu(self, now: float, tilt: float, force: Array) -> list[Command]:
         """Stop the driver when the robot falls."""
-        self._tilt = reading.tilt
+        self._tilt = tilt
         why = fell(self._tilt, self._settings.fall_tilt)
         if not why or not self.running:
             return []

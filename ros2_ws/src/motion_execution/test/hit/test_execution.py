@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from humanoid_motion.knots import TOLERANCE
-from humanoid_motion.samples import ImuSample, Measured
+from humanoid_motion.samples import NO_IMU, Measured
 from humanoid_motion.splice import duration, without_first
 from hypothesis import given
 from hypothesis import strategies as st
@@ -25,14 +25,13 @@ STILL, WRENCH = np.zeros(3), np.zeros(6)
 
 
 def reading(force=0.0, tilt=0.0):
-    """A reading with a specific force besides gravity [m/s^2], and an angle to the vertical."""
-    turn = np.array([np.sin(0.5 * tilt), 0.0, 0.0, np.cos(0.5 * tilt)])
-    return ImuSample(turn, np.zeros(3), np.array([0.0, 0.0, 9.8]) + force)
+    """A tilt of the base [rad], and a specific force besides gravity [m/s^2]."""
+    return tilt, np.array([0.0, 0.0, 9.8]) + force
 
 
 def sample(position, velocity):
     """A complete sample of an upright trunk."""
-    return Measured(position, velocity, reading(), WRENCH, WRENCH, 0.0)
+    return Measured(position, velocity, NO_IMU, WRENCH, WRENCH, 0.0)
 
 
 class Hit:
@@ -54,7 +53,7 @@ class Hit:
     def joints(self, now, off=0.0):
         """What is measured in a tick."""
         position, velocity, _ = self.sent.knots.at(now - self.sent.stamp)
-        self.execution.on_imu(now, reading())
+        self.execution.on_imu(now, *reading())
         commands = self.took(now, self.execution.on_joints(now, position[0] + off, velocity[0]))
         self.execution.on_measured(now, sample(position[0], velocity[0]))
         return commands
@@ -176,9 +175,9 @@ def test_a_contact_that_the_imu_shows_began_before_the_first_reading_that_rises(
     run.joints(begin - 0.06)
     first = begin + part * 0.005
     for stamp in first - 0.005 * np.arange(8, 0, -1):
-        assert run.execution.on_imu(stamp, reading()) == []
-    assert run.execution.on_imu(first, reading(20.0 * part * away)) == []
-    (command,) = run.execution.on_imu(first + 0.005, reading(20.0 * away))
+        assert run.execution.on_imu(stamp, *reading()) == []
+    assert run.execution.on_imu(first, *reading(20.0 * part * away)) == []
+    (command,) = run.execution.on_imu(first + 0.005, *reading(20.0 * away))
     assert run.execution.measured.contact_sensor == "imu"
     assert run.execution.measured.contact_delay == pytest.approx(late, abs=1e-9)
     assert command.stamp == pytest.approx(
@@ -415,11 +414,11 @@ def test_silence_stops_before_the_point_of_no_return_and_after_it_leaves_the_dri
 
 
 def test_a_falling_robot_is_stopped_and_no_further_event_is_answered(run):
-    assert run.execution.on_imu(11.0, reading(tilt=0.1)) == []
-    assert run.execution.on_imu(11.1, reading(tilt=0.6))[0].knots is None  # the driver's stop
+    assert run.execution.on_imu(11.0, *reading(tilt=0.1)) == []
+    assert run.execution.on_imu(11.1, *reading(tilt=0.6))[0].knots is None  # the driver's stop
     assert run.execution.outcome is Outcome.FELL
     assert "34.4 deg, at most 30.0 deg" in run.execution.reason
-    assert run.execution.on_imu(11.2, reading(tilt=0.7)) == []
+    assert run.execution.on_imu(11.2, *reading(tilt=0.7)) == []
     assert run.feet(run.contact) == []
     assert run.door(run.contact + 0.1, 0.1, 1.0) == []
     assert run.execution.on_silence(run.contact + 1.0, "imu", 0.9, 0.5) == []

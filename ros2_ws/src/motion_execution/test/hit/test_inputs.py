@@ -17,7 +17,6 @@ from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival, Intake, Plausible
 from robot_driver.motion import Outcome
 from robot_driver.names import DOOR, IMU, JOINTS
-from robot_driver.ranges import joint_ranges
 
 TICK = 0.005  # period of the driver [s]
 UPRIGHT = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 0.0, 9.8]))
@@ -39,7 +38,7 @@ class Rig:
 
     def __init__(self, robot, good) -> None:
         self.watch = Freshness((JOINTS, IMU, DOOR), 0.5, 0.05)
-        self.inputs = Inputs(joint_ranges(robot), self.watch)
+        self.inputs = Inputs(robot, self.watch)
         self.execution = Execution(good, PointB(robot))
         self.command = self.execution.start(0.0)
         self.now = self.execution.planned_contact - good.point_of_no_return - 0.1

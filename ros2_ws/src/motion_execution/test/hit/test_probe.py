@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from humanoid_motion.driver_interface import Command
-from humanoid_motion.samples import ImuSample
 from motion_execution.hit.execution import Execution
 from motion_execution.hit.point_b import PointB
 from motion_execution.hit.probe import SPEED
@@ -11,7 +10,6 @@ from robot_driver.motion import Outcome
 
 TICK = 0.01  # period of the joint states [s]
 COUNT = 2.0 * np.pi / 14400.0  # angle of a count of the door's encoder [rad]
-UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0])
 JOLT = (1.0, 3.0)  # of the IMU at the leaf, in ticks that follow each other [m/s^2]
 ALWAYS = ("prepare", "shift", "step", "back", "probe")
 
@@ -46,8 +44,7 @@ class Robot:
         felt = 60.0 * (self.felt and self.locked and ahead > 0.0)
         feet = np.array([0.0, -felt, 500.0, 0.0, 0.0, 0.0])
         for commands in (
-                execution.on_imu(self.now, ImuSample(
-                    UPRIGHT, np.zeros(3), np.array([0.0, force, 9.81]))),
+                execution.on_imu(self.now, 0.0, np.array([0.0, force, 9.81])),
                 execution.on_joints(self.now, position, np.zeros(len(position))),
                 execution.on_wrenches(self.now, feet, np.zeros(6)),
                 execution.on_door(self.now, angle, 0.0)):
@@ -102,8 +99,7 @@ def test_a_jolt_where_the_leaf_was_not_found_is_no_contact(robot, good):
     driver.until(lambda: driver.now > driver.execution.planned_contact - 0.03)
     for force in (20.0, 30.0):
         driver.now += 0.005
-        driver.execution.on_imu(driver.now, ImuSample(
-            UPRIGHT, np.zeros(3), np.array([0.0, force, 9.81])))
+        driver.execution.on_imu(driver.now, 0.0, np.array([0.0, force, 9.81]))
     assert driver.execution.phase == "cam"
 
 

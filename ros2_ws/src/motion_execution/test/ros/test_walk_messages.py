@@ -82,12 +82,12 @@ def test_an_orientation_off_the_floor_is_refused_with_its_value(turn, what):
 
 def test_the_base_is_found_among_the_transforms_and_is_a_number():
     other = TransformStamped(child_frame_id="RARM_LINK0")
-    base = TransformStamped(child_frame_id="base_link")
+    base = TransformStamped(child_frame_id="pelvis")
     base.header.frame_id = "odom"
     base.transform.translation.x = 2.0
-    assert base_pose(TFMessage(transforms=[other])) is None
+    assert base_pose(TFMessage(transforms=[other]), "pelvis") is None
     base.header.stamp.sec = 3
-    found = base_pose(TFMessage(transforms=[other, base]))
+    found = base_pose(TFMessage(transforms=[other, base]), "pelvis")
     assert found == (3.0, Pose(2.0, 0.0, 0.0))
     base.transform.translation.x = math.nan
-    assert base_pose(TFMessage(transforms=[base])) is None
+    assert base_pose(TFMessage(transforms=[base]), "pelvis") is None

@@ -12,7 +12,6 @@ from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival
 from robot_driver.motion import Outcome
 from robot_driver.names import IMU, JOINTS, WRENCHES
-from robot_driver.ranges import joint_ranges
 
 TICK = 0.005
 UPRIGHT = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 0.0, 9.81]))
@@ -30,7 +29,7 @@ class Rig:
 
     def __init__(self, robot, plan):
         self.watch = Freshness((JOINTS, IMU), 0.5, 0.05)
-        self.inputs = Inputs(joint_ranges(robot), self.watch)
+        self.inputs = Inputs(robot, self.watch)
         self.walk = self.inputs.motion = Walk(robot, plan)
         self.whole = []  # stamps of the ticks that were complete
         self.walk.on_measured = lambda now, measured: self.whole.append(now) or []

@@ -14,7 +14,6 @@ from robot_driver.inputs import Inputs
 from robot_driver.intake import Arrival
 from robot_driver.motion import Outcome
 from robot_driver.names import DOOR, HAND, IMU, JOINTS
-from robot_driver.ranges import joint_ranges
 
 TICK = 0.005
 WATCH = 10  # ticks between two looks for silent topics
@@ -63,7 +62,7 @@ class Rig:
 @pytest.fixture
 def rig(robot, passage) -> Rig:
     watch = Freshness((JOINTS, IMU, DOOR, HAND), 0.5, WATCH * TICK, optional=[HAND])
-    inputs = Inputs(joint_ranges(robot), watch)
+    inputs = Inputs(robot, watch)
     inputs.motion = Passage(robot, passage, yields=False)
     return Rig(inputs.motion, inputs, watch)
 

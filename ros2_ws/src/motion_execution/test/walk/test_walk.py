@@ -8,7 +8,6 @@ import pytest
 from door_model.door.geometry import Frame, Leaf
 from hrp2_description.robot import SIDES
 from humanoid_motion.driver_interface import TrajectoryArrays
-from humanoid_motion.samples import ImuSample
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from motion_execution.walk.goal import WalkGoal, plan_goal
@@ -23,17 +22,10 @@ from walking.passing.surroundings import Surroundings
 from walking.pattern.settings import WalkSettings
 
 TICK = 0.005  # period of the driver [s]
-UPRIGHT = ImuSample(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.array([0.0, 0.0, 9.81]))
 BEGIN = 1.0  # time of the driver's clock at which a walk is sent [s]
 WITHIN = 2.0  # time after which a robot that gets no further message is at rest on two feet [s]
 BEFORE = 2.8  # the same before the first step, while it stands on two feet all the time [s]
 STILL = 0.01  # speed below which a joint counts as at rest [rad/s]
-
-
-def leaning(degrees):
-    """A reading of a trunk with an angle to the vertical [deg]."""
-    half = math.radians(0.5 * degrees)
-    return replace(UPRIGHT, orientation=np.array([math.sin(half), 0.0, 0.0, math.cos(half)]))
 
 
 @dataclass
@@ -265,18 +257,18 @@ def test_a_driver_is_not_blamed_for_the_joints_of_a_robot_that_falls(rig):
     rig.run(BEGIN + 2.0)
     position = rig.driver.sample(rig.now).position.copy()
     position[rig.robot.joint_names.index("LLEG_JOINT3")] += 0.35
-    rig.send(rig.walk.on_imu(rig.now, leaning(6.0)))
+    rig.send(rig.walk.on_imu(rig.now, np.radians(6.0), np.zeros(3)))
     rig.send(rig.walk.on_joints(rig.now, position, 0.0 * position))
     assert rig.walk.outcome is Outcome.RUNNING
-    rig.send(rig.walk.on_imu(rig.now, leaning(1.0)))
+    rig.send(rig.walk.on_imu(rig.now, np.radians(1.0), np.zeros(3)))
     rig.send(rig.walk.on_joints(rig.now, position, 0.0 * position))
     assert rig.walk.outcome is Outcome.NOT_FOLLOWED
 
 
 def test_a_fall_stops_the_driver_and_says_the_tilt(rig):
     rig.run(BEGIN + 2.0)
-    assert rig.walk.on_imu(rig.now, leaning(29.0)) == []
-    rig.send(rig.walk.on_imu(rig.now, leaning(31.0)))
+    assert rig.walk.on_imu(rig.now, np.radians(29.0), np.zeros(3)) == []
+    rig.send(rig.walk.on_imu(rig.now, np.radians(31.0), np.zeros(3)))
     assert rig.walk.outcome is Outcome.FELL
     assert "31.0 deg" in rig.walk.reason
     assert rig.stops == 1

@@ -28,7 +28,7 @@ from hrp2_sim_bridge.physics.engine import (
     sensed_links,
 )
 from hrp2_sim_bridge.physics.frames import rotation
-from hrp2_sim_bridge.physics.mujoco.model import BASE, FLOOR, HINGE, LEAF, build
+from hrp2_sim_bridge.physics.mujoco.model import FLOOR, HINGE, LEAF, build
 
 _LOG = logging.getLogger(__name__)
 _FRAME = 1.0 / 60.0  # period with which the window is redrawn, in simulated time [s]
@@ -118,7 +118,7 @@ class MuJoCoEngine(Engine):
         self._built = build(self._mujoco, scene)
         self.model = model = self._built.raw
         self.data = data = self._mujoco.MjData(model)
-        first, last = model.body(BASE).id, model.body(LEAF).id
+        first, last = model.body(robot.root_link).id, model.body(LEAF).id
         self.link_names = tuple(model.body(index).name for index in range(first, last))
         self._joints = [model.joint(name).id for name in robot.joint_names]
         self._q, self._dq = model.jnt_qposadr[self._joints], model.jnt_dofadr[self._joints]
@@ -177,7 +177,7 @@ class MuJoCoEngine(Engine):
         return reactions
 
     def joint_state(self) -> Array:
-        """Return positions and velocities of the joints, (2, 30)."""
+        """Return positions and velocities of the joints, (2, J)."""
         return np.array([self._position[self._q], self._velocity[self._dq]])
 
     def read_base(self) -> list[float]:

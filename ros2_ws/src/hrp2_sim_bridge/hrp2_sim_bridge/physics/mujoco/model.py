@@ -39,7 +39,7 @@ from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.physics.engine import Scene, sensed_links
 
-WORLD, BASE, LEAF, HINGE, FLOOR = "world", "base_link", "leaf", "hinge", "floor"
+WORLD, LEAF, HINGE, FLOOR = "world", "leaf", "hinge", "floor"
 _CORNERS = 4  # contact points of a sole on the floor
 _RIGID = (5e6, 1.2e4)  # stiffness [N/m] and damping [N s/m] of a contact without rubber
 _FREE = "odom"  # name of the base's free joint
@@ -191,7 +191,7 @@ def build(mujoco: Any, scene: Scene) -> Model:
         model = compile_model(spec, pairs, settings.time_step_coarse)
     except ValueError as error:
         raise ModelError(robot.name, str(error), "accepted by MuJoCo", "the model") from error
-    mass = float(model.raw.body_subtreemass[model.raw.body(BASE).id])
+    mass = float(model.raw.body_subtreemass[model.raw.body(robot.root_link).id])
     if not np.isclose(mass, robot.mass, rtol=1e-7):
         raise ModelError(robot.name, mass, robot.mass, "mass [kg]")
     return model
@@ -206,7 +206,7 @@ def robot_spec(mujoco: Any, robot: RobotConfig, iterations: int, *, visible: boo
         ModelError: MuJoCo refuses the URDF.
     """
     spec = prepare(mujoco, _read_robot(mujoco, robot, visible), iterations)
-    spec.body(BASE).add_freejoint(name=_FREE)
+    spec.body(robot.root_link).add_freejoint(name=_FREE)
     for joint in robot.joint_names:
         spec.add_equality(
             name=joint, name1=joint, type=mujoco.mjtEq.mjEQ_JOINT,

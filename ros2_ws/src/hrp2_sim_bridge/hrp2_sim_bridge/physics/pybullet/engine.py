@@ -91,6 +91,7 @@ class PyBulletEngine(Engine):
         masses = [client.getDynamicsInfo(body, index)[0]
                   for index in range(-1, len(self.link_names))]
         self._shares = np.array(masses) / sum(masses)  # of the robot's mass, the base's first
+        self._root = robot.root_link
         self._held: list[int] = []
         self._outside: Array | None = None
         self._place(scene, links[: len(SIDES)])
@@ -166,7 +167,7 @@ class PyBulletEngine(Engine):
         return [state[2] for state in self._states[len(self._joints):]]
 
     def joint_state(self) -> Array:
-        """Return positions and velocities of the joints, (2, 30)."""
+        """Return positions and velocities of the joints, (2, J)."""
         position, velocity, _, _ = zip(*self._states[: len(self._joints)], strict=True)
         return np.array((position, velocity))
 
@@ -215,7 +216,7 @@ class PyBulletEngine(Engine):
 
     def floor_contacts(self) -> list[FloorContact]:
         """Return the contacts between robot and floor or threshold."""
-        names = (*self.link_names, "base_link")  # PyBullet's index of the base is -1
+        names = (*self.link_names, self._root)  # PyBullet's index of the base is -1
         return [
             FloorContact(
                 names[contact[_LINK]], contact[_POINT],
