@@ -55,6 +55,18 @@ def joint_columns(
     return np.array([joint.idx_q for joint in joints]), np.array([joint.idx_v for joint in joints])
 
 
+def inertia_beyond(model: Any, joint: str) -> Any:
+    """Sum the inertias of what hangs rigidly on a fixed joint, in the frame of the moving body."""
+    first = model.getFrameId(joint)
+    below, total = {first}, model.frames[first].placement.act(model.frames[first].inertia)
+    for number in range(first + 1, model.nframes):  # parents come first
+        frame = model.frames[number]
+        if frame.parentFrame in below and frame.parentJoint == model.frames[first].parentJoint:
+            below.add(number)
+            total = total + frame.placement.act(frame.inertia)
+    return total
+
+
 def find_twins(model: Any) -> tuple[NDArray[np.int_], Array]:
     """Find each joint's mirror image in the plane y = 0 of base_link, by places and axes alone.
 

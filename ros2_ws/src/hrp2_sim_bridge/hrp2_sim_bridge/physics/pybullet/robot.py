@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -48,21 +47,6 @@ def link_names(client: Any, body: int) -> tuple[str, ...]:
     """Return the names of the links in PyBullet's order, without the base."""
     return tuple(client.getJointInfo(body, index)[12].decode()
                  for index in range(client.getNumJoints(body)))
-
-
-def sensed_bodies(client: Any, body: int, links: Sequence[int]) -> tuple[Array, Array]:
-    """Return mass (B,) [kg] and principal moments (B, 3) [kg m^2] of B links of the robot.
-
-    Raises:
-        ModelError: The inertial frame, in which the sensor reports, is not the link's own.
-    """
-    infos = [client.getDynamicsInfo(body, index) for index in links]
-    for index, info in zip(links, infos, strict=True):
-        if np.abs(info[3]).max() > 1e-9 or abs(abs(info[4][3]) - 1.0) > 1e-9:
-            raise ModelError(
-                link_names(client, body)[index], info[3:5], "the link's own frame",
-                "inertial frame")
-    return np.array([info[0] for info in infos]), np.array([info[2] for info in infos])
 
 
 def _override_defaults(client: Any, body: int, joints: int) -> None:
