@@ -21,6 +21,7 @@ T = TypeVar("T")
 NAMED = ConfigDict(**STRICT, populate_by_name=True)
 LARGEST = 3.0  # largest length in a description of a humanoid [m]
 _UNIT = 1e-6  # largest deviation of a unit vector's length
+_SOLE_WIDTH, _MASS = 0.13, 58.0  # of HRP-2 [m], [kg]
 
 
 def in_metres(value: T) -> T:
@@ -38,6 +39,21 @@ def in_degrees(value: float) -> float:
 
 
 Length = Annotated[Positive, AfterValidator(in_metres)]
+
+
+@described(frozen=True, config=STRICT)
+class Frame:
+    """A frame that the URDF lacks.
+
+    Attributes:
+        link: Link to which it is fixed, by the joint of the frame's name with ``_joint``.
+        xyz: Place of its origin in the link's frame, (3,) [m].
+        rpy: Its roll, pitch and yaw there, (3,) [rad].
+    """
+
+    link: Name
+    xyz: Annotated[Vector, AfterValidator(in_metres)]
+    rpy: Vector = (0.0, 0.0, 0.0)
 
 
 @described(frozen=True, config=STRICT)
@@ -315,6 +331,7 @@ class RobotConfig:
         braced_posture: Joint angles of the right arm during the hit [rad].
         braced_joints: Joints that the brace relieves.
         urdf_path: Path of the URDF.
+        is_default: Whether it is hrp2_description's own.
         root_link: Link from which the URDF's tree grows: what comments call base_link.
         hand_radius: Radius of the hand [m]; None means that of the URDF's collision sphere.
         clearance: Smallest distance between bodies, and between a body and the leaf [m].
@@ -353,6 +370,7 @@ class RobotConfig:
     braced_joints: tuple[str, ...]
     urdf_path: Path
     root_link: str
+    is_default: bool = False
     hand_radius: float | None = None
     clearance: float = 0.01
     disabled_collisions: tuple[tuple[str, str], ...] = ()
@@ -367,6 +385,20 @@ class RobotConfig:
     tucked_posture: Mapping[str, float] = field(default_factory=dict)
     chest_yaw: str | None = None
     doubts: tuple[str, ...] = ()
+
+    @property
+    def sole_scale(self) -> float:
+        """Width of a sole over HRP-2's, 0.13 m.
+
+        Lengths that keep the ZMP inside the soles are stated for HRP-2, and are used times this.
+        """
+        _, _, low, high = self.soles["right"]
+        return (high - low) / _SOLE_WIDTH
+
+    @property
+    def mass_scale(self) -> float:
+        """Mass over HRP-2's, 58 kg; forces are stated for HRP-2, and are used times this."""
+        return self.mass / _MASS
 
     @property
     def armature(self) -> Array:

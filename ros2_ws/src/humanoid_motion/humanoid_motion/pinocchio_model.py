@@ -24,8 +24,6 @@ coal = pin.coal if hasattr(pin, "coal") else pin.hppfcl  # its name in Jazzy's P
 def free_floating_model(config: RobotConfig) -> Any:
     """Build Pinocchio's model of a robot whose base_link is free to move.
 
-    Joints of the URDF that the configuration does not list are fixed at zero.
-
     Args:
         config: Configuration that names the URDF and its joints.
 
@@ -39,10 +37,6 @@ def free_floating_model(config: RobotConfig) -> Any:
         ValueError: The URDF cannot be read.
     """
     model = pin.buildModelFromUrdf(str(config.urdf_path), pin.JointModelFreeFlyer())
-    moving = {"universe", "root_joint", *config.joint_names}
-    fixed = [model.getJointId(name) for name in model.names if name not in moving]
-    if fixed:
-        model = pin.buildReducedModel(model, fixed, pin.neutral(model))
     model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])  # Pinocchio's own default is 9.81
     return model
 
@@ -125,8 +119,7 @@ def collision_shapes(model: Any, config: RobotConfig) -> tuple[Any, tuple[str, .
     path, kind = config.urdf_path, pin.GeometryType.COLLISION
     left_out: list[str] = []
     try:
-        folders = [str(folder) for folder in path.resolve().parents]  # where package:// may be
-        geometry = pin.buildGeomFromUrdf(model, str(path), kind, package_dirs=folders)
+        geometry = pin.buildGeomFromUrdf(model, str(path), kind)
     except ValueError:  # the file of a mesh is missing
         root = ElementTree.parse(path).getroot()
         for link in root.findall("link"):

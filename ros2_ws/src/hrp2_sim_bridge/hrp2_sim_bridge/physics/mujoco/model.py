@@ -40,6 +40,7 @@ from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.physics.engine import Scene, sensed_links
 from hrp2_sim_bridge.physics.kinematics import SensedBodies
+from hrp2_sim_bridge.physics.shapes import simulated_urdf
 
 WORLD, LEAF, HINGE, FLOOR = "world", "leaf", "hinge", "floor"
 _CORNERS = 4  # contact points of a sole on the floor
@@ -224,13 +225,13 @@ def _read_robot(mujoco: Any, robot: RobotConfig, visible: bool) -> Any:
     Raises:
         ModelError: MuJoCo refuses the URDF.
     """
-    tree = ET.parse(robot.urdf_path)
+    tree = ET.parse(simulated_urdf(robot))
     for picture in tree.getroot().iter("visual"):
         picture.attrib.pop("name", None)  # MuJoCo has one name space for all geoms
     extension = ET.SubElement(tree.getroot(), "mujoco")
     ET.SubElement(
         extension, "compiler", fusestatic="false", discardvisual="false" if visible else "true",
-        meshdir=str(robot.urdf_path.parent))
+        strippath="false")
     try:
         return mujoco.MjSpec.from_string(ET.tostring(tree.getroot(), encoding="unicode"))
     except ValueError as error:

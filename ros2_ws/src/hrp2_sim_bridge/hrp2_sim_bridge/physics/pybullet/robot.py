@@ -10,6 +10,7 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
 
 from hrp2_sim_bridge.errors import ModelError
+from hrp2_sim_bridge.physics.shapes import simulated_urdf
 
 _ENTRIES = ("ixx", "ixy", "ixz", "ixy", "iyy", "iyz", "ixz", "iyz", "izz")
 _FASTEST_JOINT = 1000.0  # limit of PyBullet's own clamp, faster than any joint [rad/s]
@@ -23,10 +24,10 @@ def load_robot(client: Any, robot: RobotConfig, rubber: SoleRubber | None) -> in
         ModelError: PyBullet changed a mass or an inertia: it replaces an inertia that violates the
             triangle inequality by zero, without a message.
     """
-    client.setAdditionalSearchPath(str(robot.urdf_path.parent))
-    body = int(client.loadURDF(str(robot.urdf_path), flags=client.URDF_USE_INERTIA_FROM_FILE))
+    path = simulated_urdf(robot)
+    body = int(client.loadURDF(str(path), flags=client.URDF_USE_INERTIA_FROM_FILE))
     wanted = {link.attrib["name"]: _moments(link)
-              for link in ET.parse(robot.urdf_path).getroot().findall("link")}
+              for link in ET.parse(path).getroot().findall("link")}
     names = link_names(client, body)
     total = 0.0
     for index, name in enumerate((*names, client.getBodyInfo(body)[0].decode())):
