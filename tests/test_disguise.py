@@ -16,7 +16,8 @@ from humanoid_motion.robot_model import RobotModel
 from impact_planner.task.known_door import KnownDoor
 from robot_driver.motion import Outcome
 
-DOOR, PLAIN = load_door("paper"), RobotModel(load_robot_config())
+DOOR = load_door("paper")
+PLAIN = RobotModel(load_robot_config(data_path("config/robot.yaml")))
 NAMES = {name: name[::-1] for name in (*PLAIN.joint_names, PLAIN.config.root_link)}
 IMU = """<link name="its_imu"><inertial><mass value="1e-9"/>
 <inertia ixx="1e-12" iyy="1e-12" izz="1e-12" ixy="0" ixz="0" iyz="0"/></inertial></link>
