@@ -7,7 +7,8 @@ import signal
 import socket
 import subprocess
 import sys
-from contextlib import suppress
+from contextlib import closing, suppress
+from http.client import HTTPConnection, HTTPException
 
 import rclpy
 from door_impact_common.errors import DoorImpactError
@@ -44,16 +45,25 @@ def _runs(launcher: subprocess.Popen[bytes], port: int, namespace: str) -> bool:
         while launcher.poll() is None:
             spin_for(executor, 0.5)
             served = {name for name, _ in node.get_service_names_and_types()}
-            if zmp and served.issuperset(map(node.resolve_service_name, SERVERS)) and _answers(
-                    port):
+            if zmp and served.issuperset(map(node.resolve_service_name, SERVERS)) and (
+                    answers(port)):
                 break
     rclpy.shutdown()
     return launcher.poll() is None
 
 
-def _answers(port: int) -> bool:
-    with socket.socket() as probe:
-        return not port or probe.connect_ex((_HOST, port)) == 0
+def answers(port: int) -> bool:
+    """Return whether the page at a port is served; 0 is no page.
+
+    It asks for the page: viser logs a traceback for a connection that is closed without a request.
+    """
+    page = HTTPConnection(_HOST, port, timeout=5.0)
+    with closing(page), suppress(OSError, HTTPException):
+        if port:
+            page.request("GET", "/")
+            page.getresponse().read()
+        return True
+    return False
 
 
 def main(args: list[str] | None = None) -> int:
