@@ -81,3 +81,11 @@ def test_without_its_engine_the_bridge_says_what_to_install(python: Callable[...
     assert "pip install pybullet" in done.err
     assert "mujoco" not in done.err
     assert "Traceback" not in done.err
+
+
+def test_a_robot_given_to_the_launch_is_that_of_all_nodes_and_none_leaves_their_own() -> None:
+    reader = pytest.importorskip("ros2_commands.launch.reader")
+    file = Path(parameters()).parents[1] / "launch" / "bringup.launch.yaml"
+    for given, nodes in (("my_robot.yaml", 5), ("", 0)):
+        started = reader.read_processes(file, {"robot_config": given})
+        assert sum(f'robot_config:="{given}"' in node.command for node in started) == nodes

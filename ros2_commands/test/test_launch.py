@@ -113,14 +113,15 @@ def test_launch_files_become_commands(tmp_path: Path) -> None:
     - {name: float, value: "1.50"}
     - {name: odd, value: "a: [b"}
     - {name: flag, value: $(var more)}
-    - {from: /p.yaml}
+    - {from: $(dirname)/inner.launch.yaml}
 - include: {file: $(dirname)/inner.launch.yaml, arg: [{name: gain, value: "2"}]}
 """)  # fmt: skip
     talk, inner = read_processes(path, {"name": "b"})
     assert talk.command == [
         f"{tmp_path}/lib/fake/talk", "--x", "y z", "--ros-args", "-r", "__node:=b",
         "-r", "__ns:=/left", "-p", 'list:=["/x y", "z"]', "-p", 'none:=""', "-p", "float:=1.50",
-        "-p", 'odd:="a: [b"', "-p", "flag:=false", "--params-file", "/p.yaml", "-r", "in:=out",
+        "-p", 'odd:="a: [b"', "-p", "flag:=false", "--params-file",
+        str(path.with_name("inner.launch.yaml")), "-r", "in:=out",
     ]  # fmt: skip
     assert (talk.label, talk.shutdown_on_exit, talk.on_screen) == ("talk-1", True, False)
     assert talk.environment["SIDE"] == "b"
@@ -209,6 +210,13 @@ def test_a_launch_that_cannot_be_is_a_failure(tmp_path: Path, ros2: Ros2) -> Non
         assert done.returncode == 1
         assert done.stderr or "[ERROR] [launch]: Caught exception in launch" in done.stdout
         assert "Traceback" not in done.stderr
+    write(tmp_path, """
+- node: {pkg: fake, exec: talk}
+- node: {pkg: fake, exec: talk, param: [{from: no.yaml}]}
+""")  # fmt: skip
+    done = ros2("launch", str(path))
+    assert "no.yaml: there is no such parameter file" in done.stdout
+    assert "process started" not in done.stdout
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
