@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.run import simulation_log
 from door_impact_evaluation.run.rehearsal import execute, planned, world_of
 from door_model.door.config import load_door
 from hrp2_description.data import data_path
@@ -74,12 +76,20 @@ def test_the_plan_and_what_a_push_does_are_the_same(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_robot_may_have_any_number_of_joints(tmp_path: Path, engine: str) -> None:
-    """HRP-2 with a stiff neck stands, and its log has 28 joints."""
+    """HRP-2 with a stiff neck stands, and its log has 28 joints, and names the robot."""
     world = world_of(disguised(tmp_path, fixed="HEAD"), DOOR, 0.0, engine=engine)
     world.step()
     assert world.log()["q"].shape == (5, 28)
     assert not world.fell
     world.close()
+    log = world.save_log(tmp_path / "log.npz")
+    assert simulation_log.load(log, 0.0).robot.joint_names == world.robot_config.joint_names
+    disguised(tmp_path)  # its file has the neck now
+    with pytest.raises(DemoError, match=r"another robot than that of .*it.yaml now, it has 28"):
+        simulation_log.load(log, 0.0)
+    (tmp_path / "it.yaml").unlink()
+    with pytest.raises(DemoError, match=r"the robot of the log is gone: .*it.yaml"):
+        simulation_log.load(log, 0.0)
 
 
 @pytest.mark.nightly("two whole runs of their own")

@@ -15,10 +15,10 @@ from impact_planner.task.settings import configured_placement, make_settings
 
 @pytest.fixture(scope="module")
 def masses() -> dict:
-    plan = plan_impact(
-        PlanRequest(np.radians(25.0)), KnownDoor.configured(load_door("paper")),
-        RobotModel(load_robot_config()), make_settings(configured_placement()))
-    return {row["braced"]: row for row in effective_masses(plan)["rows"]}
+    robot = RobotModel(load_robot_config())
+    plan = plan_impact(PlanRequest(np.radians(25.0)), KnownDoor.configured(load_door("paper")),
+                       robot, make_settings(configured_placement()))
+    return {row["braced"]: row for row in effective_masses(robot, plan)["rows"]}
 
 
 @pytest.mark.parametrize("braced", [True, False])

@@ -16,6 +16,7 @@ from door_impact_common.node import executor_of, spin_for
 from door_impact_common.yaml_files import read_yaml
 from door_model.door.config import load_door
 from geometry_msgs.msg import PointStamped
+from hrp2_description.robot import load_robot_config
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -46,23 +47,18 @@ def _runs(launcher: subprocess.Popen[bytes], port: int, namespace: str) -> bool:
             spin_for(executor, 0.5)
             served = {name for name, _ in node.get_service_names_and_types()}
             if zmp and served.issuperset(map(node.resolve_service_name, SERVERS)) and (
-                    answers(port)):
+                    not port or answers(port)):
                 break
     rclpy.shutdown()
     return launcher.poll() is None
 
 
 def answers(port: int) -> bool:
-    """Return whether the page at a port is served; 0 is no page.
-
-    It asks for the page: viser logs a traceback for a connection that is closed without a request.
-    """
+    """Return whether a page is served at a port; without a request viser logs a traceback."""
     page = HTTPConnection(_HOST, port, timeout=5.0)
     with closing(page), suppress(OSError, HTTPException):
-        if port:
-            page.request("GET", "/")
-            page.getresponse().read()
-        return True
+        page.request("GET", "/")
+        return bool(page.getresponse().read())
     return False
 
 
@@ -71,17 +67,20 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="up", description=__doc__)
     parser.add_argument("--door", default="paper", help="name or YAML file of a door")
     parser.add_argument("--params", default="", help="parameter file that every node reads")
+    parser.add_argument("--robot", default="", help="robot.yaml of another robot, for every node")
     parser.add_argument("--experience", default="", help="file that keeps what hits teach")
     parser.add_argument("--view", choices=("0", "1"), default="1", help="1 serves a page")
     parser.add_argument("arguments", nargs="*", metavar="name:=value",
                         help="further arguments of bringup.launch.yaml")
     options = parser.parse_args(args)
-    given = {"door": options.door, "experience": options.experience, "view": options.view}
+    given = {"door": options.door, "experience": options.experience, "view": options.view,
+             "robot_config": options.robot}
     port = _free_port() if options.view == "1" else 0
     if port:
         given["view_port"] = str(port)
     try:  # what each node would refuse is refused once
         load_door(options.door)
+        load_robot_config(options.robot or None)
         if options.params:
             read_yaml(options.params)
             given["params"] = options.params

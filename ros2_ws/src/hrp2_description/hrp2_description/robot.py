@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
@@ -151,7 +151,8 @@ def load_robot_config(path: str | Path | None = None) -> RobotConfig:
     file = data_path("config/robot.yaml") if path is None else Path(path)
     try:
         found = checked(_File, read_yaml(file))
-        return _build(found, Urdf(find_urdf(found.urdf, file)))
+        robot = _build(found, Urdf(find_urdf(found.urdf, file)))
+        return robot if path is None else replace(robot, file=file.resolve())
     except SettingError as error:
         raise RobotConfigError(
             f"{file}: {error.setting}", value=error.value, limit=error.limit) from error

@@ -330,6 +330,7 @@ class RobotConfig:
         tucked_posture: Joint angles of the free arm while the robot goes through a door [rad].
         chest_yaw: Joint that turns the upper body against the legs; None if there is none.
         doubts: Sentences about what is possible and improbable in the URDF.
+        file: The robot.yaml; None means this package's own.
     """
 
     name: str
@@ -367,6 +368,7 @@ class RobotConfig:
     tucked_posture: Mapping[str, float] = field(default_factory=dict)
     chest_yaw: str | None = None
     doubts: tuple[str, ...] = ()
+    file: Path | None = None
 
     @property
     def armature(self) -> Array:
