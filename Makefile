@@ -108,7 +108,7 @@ demo: $(READY)
 
 up: $(READY)
 	@$(ROS2) run door_impact_bringup up --door "$(DOOR)" --params "$(PARAMS)" --robot "$(ROBOT)" --view "$(VIEW)" \
-	  --experience out/experience.yaml engine:="$(ENGINE)" gui:="$(GUI)"
+	  --experience "out/experience$(if $(ROBOT),_$(basename $(notdir $(ROBOT)))).yaml" engine:="$(ENGINE)" gui:="$(GUI)"
 
 # Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)

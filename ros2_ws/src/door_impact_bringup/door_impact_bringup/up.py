@@ -73,17 +73,14 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument("arguments", nargs="*", metavar="name:=value",
                         help="further arguments of bringup.launch.yaml")
     options = parser.parse_args(args)
-    given = {"door": options.door, "experience": options.experience, "view": options.view,
-             "robot_config": options.robot}
     port = _free_port() if options.view == "1" else 0
-    if port:
-        given["view_port"] = str(port)
+    given = {"door": options.door, "robot_config": options.robot, "params": options.params,
+             "experience": options.experience, "view": options.view, "view_port": str(port or "")}
     try:  # what each node would refuse is refused once
         load_door(options.door)
         load_robot_config(options.robot or None)
         if options.params:
             read_yaml(options.params)
-            given["params"] = options.params
         refuse_running_graph()
         command = launch_command()
     except DoorImpactError as error:

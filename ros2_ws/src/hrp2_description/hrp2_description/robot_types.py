@@ -294,7 +294,7 @@ class RobotConfig:
     default is None.
 
     Attributes:
-        name: Name of the robot in its URDF.
+        name: Name of the robot in sentences, such as HRP-2.
         mass: Total mass, the sum over the URDF's links [kg].
         joint_names: Names of the joints in the robot's own order.
         half_sitting: Initial posture, with the soles level and parallel to the base [rad].
