@@ -52,6 +52,8 @@ def test_plan_takes_the_door_that_identify_has_found(
     (("door_impact_bringup", "scene_publisher"), ("door_distance", "--params-file")),
     (("door_impact_bringup", "up", "--door", "papr"), ("up: papr: no such door",)),
     (("door_impact_bringup", "up", "--params", "no.yaml"), ("no.yaml: cannot be read",)),
+    (("door_impact_bringup", "up", "--robot", "no.yaml"), ("no.yaml: cannot be read",)),
+    ((*DEMO, "--robot", "no.yaml"), ("demo: no.yaml ", "cannot be read",)),
     ((*DEMO, "--target-deg", "nan"), ("-deg", "nan")),
     ((*DEMO, "--target-deg", "200"), ("at most 180",)),
     ((*DEMO, "--target-deg", "100"), ("too fast", "zmp_limited")),

@@ -36,7 +36,6 @@ def test_the_page_offers_what_the_planner_knows() -> None:
 
 def test_whether_the_page_is_served_is_asked_without_an_error_of_its_server(
         caplog: pytest.LogCaptureFixture) -> None:
-    """A connection without a request would put a traceback before `ready`."""
     page = Page("127.0.0.1", 0, lambda *_: None)
     assert answers(page.port)
     page.stop()

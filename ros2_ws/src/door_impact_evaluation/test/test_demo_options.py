@@ -42,7 +42,6 @@ def test_the_command_restores_what_signals_do(tmp_path, monkeypatch):
 
 
 def test_a_push_is_measured_although_its_answer_comes_after_the_peak(monkeypatch):
-    """As on a busy computer; the next push aims by that peak."""
     rclpy.init(args=[])
     client = DemoClient()
     monkeypatch.setattr(client, "until", lambda *_: None)
