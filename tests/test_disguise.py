@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 import yaml
 from door_impact_common.constants import GRAVITY
+from door_impact_evaluation.errors import DemoError
+from door_impact_evaluation.run import simulation_log
 from door_impact_evaluation.run.rehearsal import execute, planned, world_of
 from door_model.door.config import load_door
 from hrp2_description.data import data_path
@@ -101,7 +103,7 @@ def test_heavy_feet_and_a_stiff_neck_weigh_what_they_weigh(tmp_path: Path, engin
     world = world_of(robot, DOOR, 0.0, engine=engine)
     for _ in range(40):
         world.step()
-    log = world.log()
+    log, path = world.log(), world.save_log(tmp_path / "log.npz")
     world.close()
     assert log["q"].shape == (200, 28)
     force, moment = np.zeros((200, 3)), np.zeros((200, 3))
@@ -114,6 +116,13 @@ def test_heavy_feet_and_a_stiff_neck_weigh_what_they_weigh(tmp_path: Path, engin
     assert force[2] == pytest.approx(robot.mass * GRAVITY, rel=0.002)
     zmp = np.array([-moment[1], moment[0]]) / force[2]
     np.testing.assert_allclose(zmp, log["com_position"].mean(axis=0)[:2], atol=1e-3)
+    assert simulation_log.load(path, 0.0).robot.joint_names == robot.joint_names
+    disguised(tmp_path)  # its file has the neck now
+    with pytest.raises(DemoError, match=r"another robot than that of .*it.yaml now, it has 28"):
+        simulation_log.load(path, 0.0)
+    (tmp_path / "it.yaml").unlink()
+    with pytest.raises(DemoError, match=r"the robot of the log is gone: .*it.yaml"):
+        simulation_log.load(path, 0.0)
 
 
 @pytest.mark.nightly("two whole runs of their own")

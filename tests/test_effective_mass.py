@@ -15,10 +15,10 @@ from impact_planner.task.request import PlanRequest
 
 @pytest.fixture(scope="module")
 def masses() -> dict:
-    plan = plan_impact(
-        PlanRequest(np.radians(25.0)), KnownDoor.configured(load_door("paper")),
-        RobotModel(load_robot_config()), configured_settings(RobotModel(load_robot_config())))
-    return {row["braced"]: row for row in effective_masses(plan)["rows"]}
+    robot = RobotModel(load_robot_config())
+    plan = plan_impact(PlanRequest(np.radians(25.0)), KnownDoor.configured(load_door("paper")),
+                       robot, configured_settings(robot))
+    return {row["braced"]: row for row in effective_masses(robot, plan)["rows"]}
 
 
 @pytest.mark.parametrize("braced", [True, False])

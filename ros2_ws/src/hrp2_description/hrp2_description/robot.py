@@ -157,7 +157,7 @@ def load_robot_config(path: str | Path | None = None) -> RobotConfig:
     try:
         found = checked(_File, read_yaml(file))
         robot = _build(found, Urdf(find_urdf(found.urdf, file), found.frames))
-        return replace(robot, is_default=path is None)
+        return robot if path is None else replace(robot, file=file.resolve())
     except SettingError as error:
         raise RobotConfigError(
             f"{file}: {error.setting}", value=error.value, limit=error.limit) from error
@@ -189,7 +189,9 @@ def _build(file: _File, urdf: Urdf) -> RobotConfig:
         urdf_path=urdf.written(names),
         root_link=urdf.tree[0][1],
         drives=_drives(file, names),
-        doubts=doubts(urdf, names, limits, same["legs"]),
+        doubts=(*doubts(urdf, names, limits, same["legs"]),
+                *(["the force sensors of its feet are virtual: only the simulation has them"]
+                  if file.foot_sensors.virtual else [])),
         **same,
     )
     _check_names(config, urdf)

@@ -79,10 +79,12 @@ class FootSensors:
     Attributes:
         compensated: Whether the weight of what is below them, by ``sensor_joint``, is taken away.
         reversed: Whether they report what the foot does to the floor instead of the opposite.
+        virtual: Whether only the simulation has them; every plan says so then.
     """
 
     compensated: bool = True
     reversed: bool = False
+    virtual: bool = False
 
 
 @described(frozen=True, config=STRICT)
@@ -310,7 +312,7 @@ class RobotConfig:
     default is None.
 
     Attributes:
-        name: Name of the robot in its URDF.
+        name: Name of the robot in sentences, such as HRP-2.
         mass: Total mass, the sum over the URDF's links [kg].
         joint_names: Names of the joints in the robot's own order.
         half_sitting: Initial posture, with the soles level and parallel to the base [rad].
@@ -331,7 +333,6 @@ class RobotConfig:
         braced_posture: Joint angles of the right arm during the hit [rad].
         braced_joints: Joints that the brace relieves.
         urdf_path: Path of the URDF.
-        is_default: Whether it is hrp2_description's own.
         root_link: Link from which the URDF's tree grows: what comments call base_link.
         hand_radius: Radius of the hand [m]; None means that of the URDF's collision sphere.
         clearance: Smallest distance between bodies, and between a body and the leaf [m].
@@ -347,6 +348,7 @@ class RobotConfig:
         tucked_posture: Joint angles of the free arm while the robot goes through a door [rad].
         chest_yaw: Joint that turns the upper body against the legs; None if there is none.
         doubts: Sentences about what is possible and improbable in the URDF.
+        file: The robot.yaml; None means this package's own.
     """
 
     name: str
@@ -370,7 +372,6 @@ class RobotConfig:
     braced_joints: tuple[str, ...]
     urdf_path: Path
     root_link: str
-    is_default: bool = False
     hand_radius: float | None = None
     clearance: float = 0.01
     disabled_collisions: tuple[tuple[str, str], ...] = ()
@@ -385,6 +386,7 @@ class RobotConfig:
     tucked_posture: Mapping[str, float] = field(default_factory=dict)
     chest_yaw: str | None = None
     doubts: tuple[str, ...] = ()
+    file: Path | None = None
 
     @property
     def sole_scale(self) -> float:

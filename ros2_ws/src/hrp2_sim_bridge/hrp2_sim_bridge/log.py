@@ -121,6 +121,7 @@ class TruthLog:
             log[f"{side}_sole_position"] = links.position[:, index]
             log[f"{side}_sole_quaternion"] = links.at((slice(None), index)).quaternion
         return log | {
+            "robot_config": str(robot.file or ""),
             "joint_names": np.array(robot.joint_names),
             "effort_limit": np.array(robot.effort_limit),
             "braced_joints": np.array(robot.braced_joints),

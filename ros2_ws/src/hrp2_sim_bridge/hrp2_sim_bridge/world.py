@@ -1,4 +1,4 @@
-"""The simulated world: HRP-2 in front of a swing door, stepped by control ticks of 5 ms."""
+"""The simulated world: a robot in front of a swing door, stepped by control ticks of 5 ms."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class _Readings:
 
 
 class World(Driver):
-    """HRP-2 standing in half-sitting and a closed door; time is 0 when the robot has settled.
+    """A robot standing in half-sitting and a closed door; time is 0 when the robot has settled.
 
     Args:
         robot: Configuration of the robot.

@@ -114,7 +114,7 @@ def configured_placement(robot: RobotModel) -> Placement:
     it is the place in that file, which every node of the graph reads; for others, where a nominal
     step ends.
     """
-    surveyed = _surveyed() if robot.config.is_default else {}
+    surveyed = _surveyed() if robot.config.file is None else {}
     settings = make_settings({}, robot)
     return replace(_place_for_step(robot, settings, robot.config.step.nominal, 0.0), **surveyed)
 

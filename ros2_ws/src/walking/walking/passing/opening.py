@@ -89,7 +89,7 @@ def choose_opening(
     except PLANNING_ERRORS as error:
         if wanted:
             raise
-        return Opening(HIT, f"hit: {error}")
+        return Opening(HIT, f"hit: it is chosen over a push, because {error}")
 
 
 def _pushed(
