@@ -17,10 +17,11 @@ from door_impact_common.yaml_files import read_yaml
 from door_model.door.config import load_door
 from geometry_msgs.msg import PointStamped
 from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from door_impact_bringup.graph import NODES, launch_command, refuse_running_graph
+from door_impact_bringup.graph import NODES, launch_command, parameters_for, refuse_running_graph
 
 SERVERS = ("identify_closer", "forget_hits", "plan_door_passage",
            "walk_through_door/_action/send_goal")
@@ -78,9 +79,11 @@ def main(args: list[str] | None = None) -> int:
              "experience": options.experience, "view": options.view, "view_port": str(port or "")}
     try:  # what each node would refuse is refused once
         load_door(options.door)
-        load_robot_config(options.robot or None)
+        robot = load_robot_config(options.robot or None)
         if options.params:
             read_yaml(options.params)
+        elif options.robot:
+            given["params"] = parameters_for(RobotModel(robot))
         refuse_running_graph()
         command = launch_command()
     except DoorImpactError as error:

@@ -144,6 +144,8 @@ def _demonstrate(settings: DemoSettings, graph: Mapping[str, str]) -> None:
     door = load_door(settings.door)  # errors of files are reported before anything is started
     robot = load_robot_config(graph["robot_config"] or None)
     # Imported here: a wrong command line is refused at once, without loading ROS and the planner.
+    from door_impact_bringup.graph import parameters_for, refuse_running_graph
+
     if "params" in graph:
         read_yaml(graph["params"])
     else:  # what the planner will refuse for the door as it is found, it refuses for the true one
@@ -157,7 +159,7 @@ def _demonstrate(settings: DemoSettings, graph: Mapping[str, str]) -> None:
                 settings.run_up, settings.ending)
         if robot.file is not None:  # and what its robot.yaml lacks for the simulation
             world_of(model, door, 0.0, engine=graph["engine"]).close()
-    from door_impact_bringup.graph import refuse_running_graph
+            graph = {**graph, "params": parameters_for(model)}
 
     refuse_running_graph()
     folder = ResultFolder(settings.out)
