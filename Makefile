@@ -51,6 +51,7 @@ help:
 	@echo "make demo    find out the door, plan the hit, open the door, show the result (out/demo/)"
 	@echo "             DOOR=paper|size2|size3|size4|FILE.yaml TARGET_DEG=25 RUN_UP=mcv50|zmp_limited"
 	@echo "             ENDING=hold|retreat|pass ENGINE=pybullet|mujoco GUI=1 HITS=2 PARAMS=FILE.yaml OUT=out/demo"
+	@echo "             ROBOT=FILE.yaml: another robot, also of make up and make sweep"
 	@echo "make up      the same nodes and a view in the browser, until Ctrl-C   DOOR=paper ENGINE=pybullet GUI=1 VIEW=0"
 	@echo "make test    every package, the graph and the demo, in minutes"
 	@echo "make test-all   also what takes long: whole runs, many random draws, interruptions"
@@ -60,7 +61,7 @@ help:
 	@echo "make bench   speeds, each beside a peer in the same run (out/bench/)"
 	@echo "make sweep   perturbed runs (out/sweep/, or out/sweep_KIND_ENGINE/)   N=50 SEED=1 ENGINE=pybullet"
 	@echo "             KIND=hit|walk|miss|blocked|push|pass: how far doors open, where walks end, who gets through"
-	@echo "             CLUSTER=tcp://host:8786: on a Dask cluster instead of this machine; ROBOT=FILE.yaml: another robot"
+	@echo "             CLUSTER=tcp://host:8786: on a Dask cluster instead of this machine"
 	@echo "make faults  faults of messages, nodes and driver in hits, walks and passages   N=50 SEED=1"
 
 setup: $(READY)
@@ -103,11 +104,11 @@ ros2_ws/install/.ready: $(COLCON_FILES)
 demo: $(READY)
 	@$(ROS2) run door_impact_evaluation demo --door "$(DOOR)" --target-deg "$(TARGET_DEG)" \
 	  --ending "$(ENDING)" --run-up "$(RUN_UP)" --hits "$(HITS)" --engine "$(ENGINE)" \
-	  --gui "$(GUI)" --params "$(PARAMS)" --out "$(OUT)"
+	  --gui "$(GUI)" --params "$(PARAMS)" --robot "$(ROBOT)" --out "$(OUT)"
 
 up: $(READY)
-	@$(ROS2) run door_impact_bringup up --door "$(DOOR)" --params "$(PARAMS)" --view "$(VIEW)" \
-	  --experience out/experience.yaml engine:="$(ENGINE)" gui:="$(GUI)"
+	@$(ROS2) run door_impact_bringup up --door "$(DOOR)" --params "$(PARAMS)" --robot "$(ROBOT)" --view "$(VIEW)" \
+	  --experience "out/experience$(if $(ROBOT),_$(basename $(notdir $(ROBOT)))).yaml" engine:="$(ENGINE)" gui:="$(GUI)"
 
 # Long files first (tests/), so that no worker is left alone with one at the end.
 test: $(READY)

@@ -25,11 +25,11 @@ from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.hit.momentum import omega_for
+from impact_planner.hit.placement import configured_settings
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import configured_placement, make_settings
 from matplotlib.figure import Figure
 
 ANGLE = 25.0  # planned opening angle where it is not what differs [deg]
@@ -78,7 +78,7 @@ def planned(angle_deg: float) -> ImpactPlan:
     """Plan a hit on the paper's door, after which the robot steps back."""
     request = PlanRequest(math.radians(angle_deg), ending="retreat")
     return plan_impact(
-        request, KnownDoor.configured(DOOR), ROBOT, make_settings(configured_placement()))
+        request, KnownDoor.configured(DOOR), ROBOT, configured_settings(ROBOT))
 
 
 def hit(plan: ImpactPlan, l_b: float | None = None, **settings: Any) -> tuple[Hit, Hit]:

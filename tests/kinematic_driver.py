@@ -1,4 +1,4 @@
-"""A second driver, without PyBullet: the smallest example of what docs/hardware.md asks for.
+"""A second driver, without PyBullet: the smallest example of what docs/driver.md asks for.
 
 It moves the robot and the door of kinematic_robot.py by the computer's clock, as on a robot, and
 has the topics of a driver and of a counter board. The test plays the person who pushes the door.

@@ -69,7 +69,7 @@ class World:
         self.touches = 3.3  # time since its begin at which a reach meets the leaf [s]
         self.hold = None  # a hit or a walk lasts until this is true
         self.walk_ends = Outcome.SUCCESS
-        self.mission = Mission(robot, self, SURVEY, PassageSettings(hand_stiffness=400.0))
+        self.mission = Mission(robot, self, SURVEY, PassageSettings.of(robot, hand_stiffness=400.0))
         for played in (self.mission._hits, self.mission._passing._hits):
             played.make, played.margin = self.hit, lambda execution: 0.03
         self.mission._passing._walks.go = self.walk

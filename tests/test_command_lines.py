@@ -52,6 +52,8 @@ def test_plan_takes_the_door_that_identify_has_found(
     (("door_impact_bringup", "scene_publisher"), ("door_distance", "--params-file")),
     (("door_impact_bringup", "up", "--door", "papr"), ("up: papr: no such door",)),
     (("door_impact_bringup", "up", "--params", "no.yaml"), ("no.yaml: cannot be read",)),
+    (("door_impact_bringup", "up", "--robot", "no.yaml"), ("no.yaml: cannot be read",)),
+    ((*DEMO, "--robot", "no.yaml"), ("demo: no.yaml ", "cannot be read",)),
     ((*DEMO, "--target-deg", "nan"), ("-deg", "nan")),
     ((*DEMO, "--target-deg", "200"), ("at most 180",)),
     ((*DEMO, "--target-deg", "100"), ("too fast", "zmp_limited")),
@@ -81,3 +83,11 @@ def test_without_its_engine_the_bridge_says_what_to_install(python: Callable[...
     assert "pip install pybullet" in done.err
     assert "mujoco" not in done.err
     assert "Traceback" not in done.err
+
+
+def test_a_robot_given_to_the_launch_is_that_of_all_nodes_and_none_leaves_their_own() -> None:
+    reader = pytest.importorskip("ros2_commands.launch.reader")
+    file = Path(parameters()).parents[1] / "launch" / "bringup.launch.yaml"
+    for given, nodes in (("my_robot.yaml", 5), ("", 0)):
+        started = reader.read_processes(file, {"robot_config": given})
+        assert sum(f'robot_config:="{given}"' in node.command for node in started) == nodes

@@ -7,18 +7,18 @@ from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.settings import ENGINES
 from humanoid_motion.robot_model import RobotModel
+from impact_planner.hit.placement import configured_settings
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import configured_placement, make_settings
 
 
 @pytest.fixture(scope="module")
 def masses() -> dict:
-    plan = plan_impact(
-        PlanRequest(np.radians(25.0)), KnownDoor.configured(load_door("paper")),
-        RobotModel(load_robot_config()), make_settings(configured_placement()))
-    return {row["braced"]: row for row in effective_masses(plan)["rows"]}
+    robot = RobotModel(load_robot_config())
+    plan = plan_impact(PlanRequest(np.radians(25.0)), KnownDoor.configured(load_door("paper")),
+                       robot, configured_settings(robot))
+    return {row["braced"]: row for row in effective_masses(robot, plan)["rows"]}
 
 
 @pytest.mark.parametrize("braced", [True, False])

@@ -15,10 +15,10 @@ from hrp2_sim_bridge.physics.frames import rotation
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.robot_model import RobotModel
+from impact_planner.hit.placement import configured_settings
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import configured_placement, make_settings
 from robot_driver.motion import Outcome
 from simulated_hit import HitLoads, pair_of
 from test_hit_model import require_alike
@@ -105,7 +105,7 @@ def test_a_stop_before_the_point_of_no_return_stands_still_and_touches_nothing(
     """10 ms before it: no contact, no slip, and the ZMP well inside the soles."""
     plan = plan_impact(
         PlanRequest(np.radians(25.0), run_up=run_up), KnownDoor.configured(load_door(door)),
-        RobotModel(ROBOT), make_settings(configured_placement()))
+        RobotModel(ROBOT), configured_settings(RobotModel(ROBOT)))
     other = rehearse(25.0, tmp_path / "run.npz", door=door, run_up=run_up,
                      stop_before=plan.point_of_no_return + 0.01)
     motion = other.log.motion

@@ -10,8 +10,8 @@ from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.robot_model import RobotModel
+from impact_planner.hit.placement import configured_placement
 from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.settings import configured_placement
 from kinematic_robot import KinematicRobot, Leaf
 from motion_execution.mission.link import HitRequest
 from motion_execution.mission.mission import HIT, PASSAGE, WALK
@@ -30,12 +30,12 @@ LONGEST = 30.0  # [s]
 @pytest.fixture
 def link() -> DriverLink:
     """Before a door that answers the hit to 25 deg as it is planned."""
-    door, place, robot = load_door("paper"), configured_placement(), RobotModel(load_robot_config())
+    door, robot = load_door("paper"), RobotModel(load_robot_config())
     known = KnownDoor.configured(door)
     plan = planned(robot, known, 25.0, "mcv50", "hold")
     linkage = {name: getattr(door.linkage, name) for name in ("l", "l1", "l2", "l3", "theta_i0")}
     leaf = Leaf(ReferenceDoor(door.i_a, door.c_c, door.k_c, door.tau_c0_prime, linkage=linkage),
-                np.array([place["hinge_x"], -place["door_distance"]]), door.leaf.width,
+                configured_placement(robot).hinge, door.leaf.width,
                 plan.effective_mass, plan.apparent_restitution)
     return DriverLink(KinematicRobot(leaf), robot, known)
 

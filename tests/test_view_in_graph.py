@@ -8,7 +8,9 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from door_impact_bringup.up import answers
 from door_impact_view.live import panels
+from door_impact_view.live.page import Page
 from impact_planner.task import settings
 from page_client import PageClient
 from processes import GUARD, Started
@@ -30,6 +32,15 @@ def test_the_page_offers_what_the_planner_knows() -> None:
     """The view does not import the planner; its choices are the planner's nevertheless."""
     assert tuple(settings.RUN_UPS) == panels.RUN_UPS
     assert tuple(settings.ENDINGS) == panels.ENDINGS
+
+
+def test_whether_the_page_is_served_is_asked_without_an_error_of_its_server(
+        caplog: pytest.LogCaptureFixture) -> None:
+    page = Page("127.0.0.1", 0, lambda *_: None)
+    assert answers(page.port)
+    page.stop()
+    assert not answers(page.port)
+    assert caplog.messages == []
 
 
 @pytest.mark.nightly("starts every node but the simulation")

@@ -113,14 +113,15 @@ def test_launch_files_become_commands(tmp_path: Path) -> None:
     - {name: float, value: "1.50"}
     - {name: odd, value: "a: [b"}
     - {name: flag, value: $(var more)}
-    - {from: /p.yaml}
+    - {from: $(dirname)/inner.launch.yaml}
 - include: {file: $(dirname)/inner.launch.yaml, arg: [{name: gain, value: "2"}]}
 """)  # fmt: skip
     talk, inner = read_processes(path, {"name": "b"})
     assert talk.command == [
         f"{tmp_path}/lib/fake/talk", "--x", "y z", "--ros-args", "-r", "__node:=b",
         "-r", "__ns:=/left", "-p", 'list:=["/x y", "z"]', "-p", 'none:=""', "-p", "float:=1.50",
-        "-p", 'odd:="a: [b"', "-p", "flag:=false", "--params-file", "/p.yaml", "-r", "in:=out",
+        "-p", 'odd:="a: [b"', "-p", "flag:=false", "--params-file",
+        str(path.with_name("inner.launch.yaml")), "-r", "in:=out",
     ]  # fmt: skip
     assert (talk.label, talk.shutdown_on_exit, talk.on_screen) == ("talk-1", True, False)
     assert talk.environment["SIDE"] == "b"
@@ -204,11 +205,13 @@ def test_output_is_labelled_and_one_end_ends_all(tmp_path: Path, ros2: Ros2) -> 
 def test_a_launch_that_cannot_be_is_a_failure(tmp_path: Path, ros2: Ros2) -> None:
     """With a line that says why, and 1."""
     path = write(tmp_path, "- let: {name: a}")
-    for words in ([str(path)], ["fake", "nope.yaml"], [str(path), "a=b"]):
+    lost = write(tmp_path, "- node: {pkg: fake, exec: talk, param: [{from: no.yaml}]}", "lost.yaml")
+    for words in ([str(path)], ["fake", "nope.yaml"], [str(path), "a=b"], [str(lost)]):
         done = ros2("launch", *words)
         assert done.returncode == 1
         assert done.stderr or "[ERROR] [launch]: Caught exception in launch" in done.stdout
         assert "Traceback" not in done.stderr
+    assert "no.yaml: there is no such parameter file" in done.stdout
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

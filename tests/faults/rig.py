@@ -21,9 +21,9 @@ from hrp2_sim_bridge.settings import WorldSettings
 from hrp2_sim_bridge.world import World
 from humanoid_motion.driver_interface import Command
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.motion.missed import STANDS
+from impact_planner.hit.placement import configured_placement
+from impact_planner.motion.missed import needed_reserve
 from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.settings import configured_placement
 from motion_execution.hit.execution import Execution
 from motion_execution.mission.link import HitRequest
 from motion_execution.mission.order import Order
@@ -76,15 +76,16 @@ class Rig(DriverLink):
         self, folder: Path, motion: str, friction: float = WorldSettings.friction
     ) -> None:
         """Let the mission begin the motion."""
-        config, door, place = load_robot_config(), load_door("paper"), configured_placement()
+        config, door = load_robot_config(), load_door("paper")
+        place = configured_placement(RobotModel(config))
         self.folder, self.motion = folder, motion
         self.fault: Fault | None = None
         self.waiting: list[tuple[float, float, Message]] = []  # when due, when sent [s]
         self.commands: list[tuple[float, Command]] = []
         self.happened = False  # whether a fault of a single message has happened
         self.moves_until = 0.0  # end of the driver's last trajectory [s]
-        self.world = World(config, door, FAR if motion == WALK else place["door_distance"],
-                           place["hinge_x"], friction=friction)
+        self.world = World(config, door, FAR if motion == WALK else place.door_distance,
+                           place.hinge_x, friction=friction)
         # A stock controller follows whatever reaches it; ours would refuse some of it.
         self.world.driver = ControllerDouble(self.world.driver.limits, self.world.commanded)
         self.world.driver.reset(self.world.driver.sample(0.0).position, self.world.time)
@@ -99,7 +100,8 @@ class Rig(DriverLink):
             self.begin(mission.pass_door(Wanted(
                 opening=BY_HIT, hits=((TARGET, "pass"),), probe="off"), order, passed))
         # Whether the plan says that the robot falls if it misses the door.
-        self.warned = any(not each.missed_margin >= STANDS for each in self.plans.values())
+        needed = needed_reserve(config)
+        self.warned = any(not each.missed_margin >= needed for each in self.plans.values())
 
     def begin(self, coroutine: Any) -> None:
         """Step until the mission has begun the motion."""

@@ -16,12 +16,11 @@ import numpy as np
 import pytest
 from action_msgs.msg import GoalStatusArray
 from diagnostic_msgs.msg import DiagnosticArray
-from door_impact_evaluation.demo import passage
+from door_impact_evaluation.demo import results
 from door_impact_evaluation.run import evaluation, simulation_log
 from door_impact_msgs.action import ExecuteDoorImpact, Walk, WalkThroughDoor
 from door_impact_msgs.msg import ImpactPlan
 from door_impact_msgs.srv import IdentifyCloser, PlanDoorImpact, PushDoor
-from hrp2_description.robot import load_robot_config
 from processes import GUARD, find_ros2
 from rclpy.action import ActionClient
 from sensor_msgs.msg import Imu, JointState
@@ -266,8 +265,8 @@ def passed(graph: Any, identified: Any, printed: tuple[str, str]) -> Passage:
     log = simulation_log.load(Path(saved.message), 0.0)
     hit = evaluation.impact(log.motion, 1.0, since=result.contact_time - 0.5)
     contact, peak = (float(log.motion.t[at]) for at in (hit.contact.start, hit.peak))
-    support = evaluation.support(log.motion, load_robot_config(), window=evaluation.WINDOW)
-    truth = passage.figures(result, "paper", log, SimpleNamespace(
+    support = evaluation.support(log.motion, log.robot, window=evaluation.WINDOW)
+    truth = results.passage_figures(result, "paper", log, SimpleNamespace(
         phases={"hit": (contact, peak)}, support=support, contact_time=contact, peak_time=peak))
     with np.load(saved.message) as raw:
         links = np.unique(raw["contact_link"][raw["contact_force"] > 5.0])

@@ -7,7 +7,7 @@ import os
 import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import yaml
@@ -116,7 +116,10 @@ def _ros_arguments(body: dict[str, Any], scope: Scope) -> Iterator[str]:
 def _parameter(item: dict[str, Any], scope: Scope) -> tuple[str, str]:
     if "from" in item:
         check_keys("param", item, set(), {"from"})
-        return "--params-file", substitute(item["from"], scope)
+        file = substitute(item["from"], scope)
+        if not Path(file).is_file():  # each node would say so in its own words
+            raise CommandError(f"{file}: there is no such parameter file")
+        return "--params-file", file
     check_keys("param", item, set(), {"name", "value"})
     return "-p", f"{substitute(item['name'], scope)}:={_value(item['value'], scope)}"
 

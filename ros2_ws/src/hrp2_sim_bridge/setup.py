@@ -15,7 +15,7 @@ setup(
     zip_safe=False,
     maintainer="hrp2_door_impact maintainers",
     maintainer_email="maintainers@hrp2-door-impact.org",
-    description="A simulated HRP-2 in front of a door, in place of the robot's driver.",
+    description="A simulated robot in front of a door, in place of the robot's driver.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 MS = 1_000_000
-DOCS = Path(__file__).resolve().parents[4] / "docs" / "hardware.md"
+DOCS = Path(__file__).resolve().parents[4] / "docs" / "driver.md"
 
 
 def batcher() -> PollBatcher:
@@ -82,7 +82,7 @@ def test_boards_that_are_none(name: str, match: str, capfd: pytest.CaptureFixtur
 
 
 def test_the_example_in_the_docs_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The board of docs/hardware.md reads its file anew at each poll."""
+    """The board of docs/driver.md reads its file anew at each poll."""
     if not DOCS.exists():
         pytest.skip("the package is installed without the repository's docs")
     (code,) = re.findall(r"```python\n# my_board\.py\n(.*?)```", DOCS.read_text("utf-8"), re.DOTALL)

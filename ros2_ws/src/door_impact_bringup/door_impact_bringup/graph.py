@@ -6,8 +6,14 @@ import time
 from pathlib import Path
 
 import rclpy
+import yaml
+from ament_index_python.packages import get_package_share_directory
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import DISCOVERY_TIME
+from door_impact_common.yaml_files import read_yaml
+from hrp2_description.urdf import temporary
+from humanoid_motion.robot_model import RobotModel
+from impact_planner.hit.placement import configured_placement
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -31,6 +37,14 @@ def find_ros2() -> str:
     if command is None:
         raise GraphError("the ros2 command was not found: run `make setup`, or source ROS 2")
     return command
+
+
+def parameters_for(robot: RobotModel) -> str:
+    """Return a copy of params.yaml with the door where a robot's nominal step ends."""
+    path = Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml"
+    parameters = read_yaml(path)
+    parameters["/**"]["ros__parameters"] |= vars(configured_placement(robot))
+    return str(temporary("params.yaml", yaml.safe_dump(parameters)))
 
 
 def launch_command() -> list[str]:

@@ -7,7 +7,8 @@ import signal
 import socket
 import subprocess
 import sys
-from contextlib import suppress
+from contextlib import closing, suppress
+from http.client import HTTPConnection, HTTPException
 
 import rclpy
 from door_impact_common.errors import DoorImpactError
@@ -15,10 +16,12 @@ from door_impact_common.node import executor_of, spin_for
 from door_impact_common.yaml_files import read_yaml
 from door_model.door.config import load_door
 from geometry_msgs.msg import PointStamped
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from door_impact_bringup.graph import NODES, launch_command, refuse_running_graph
+from door_impact_bringup.graph import NODES, launch_command, parameters_for, refuse_running_graph
 
 SERVERS = ("identify_closer", "forget_hits", "plan_door_passage",
            "walk_through_door/_action/send_goal")
@@ -44,16 +47,20 @@ def _runs(launcher: subprocess.Popen[bytes], port: int, namespace: str) -> bool:
         while launcher.poll() is None:
             spin_for(executor, 0.5)
             served = {name for name, _ in node.get_service_names_and_types()}
-            if zmp and served.issuperset(map(node.resolve_service_name, SERVERS)) and _answers(
-                    port):
+            if zmp and served.issuperset(map(node.resolve_service_name, SERVERS)) and (
+                    not port or answers(port)):
                 break
     rclpy.shutdown()
     return launcher.poll() is None
 
 
-def _answers(port: int) -> bool:
-    with socket.socket() as probe:
-        return not port or probe.connect_ex((_HOST, port)) == 0
+def answers(port: int) -> bool:
+    """Return whether a page is served at a port; without a request viser logs a traceback."""
+    page = HTTPConnection(_HOST, port, timeout=5.0)
+    with closing(page), suppress(OSError, HTTPException):
+        page.request("GET", "/")
+        return bool(page.getresponse().read())
+    return False
 
 
 def main(args: list[str] | None = None) -> int:
@@ -61,20 +68,22 @@ def main(args: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="up", description=__doc__)
     parser.add_argument("--door", default="paper", help="name or YAML file of a door")
     parser.add_argument("--params", default="", help="parameter file that every node reads")
+    parser.add_argument("--robot", default="", help="robot.yaml of another robot, for every node")
     parser.add_argument("--experience", default="", help="file that keeps what hits teach")
     parser.add_argument("--view", choices=("0", "1"), default="1", help="1 serves a page")
     parser.add_argument("arguments", nargs="*", metavar="name:=value",
                         help="further arguments of bringup.launch.yaml")
     options = parser.parse_args(args)
-    given = {"door": options.door, "experience": options.experience, "view": options.view}
     port = _free_port() if options.view == "1" else 0
-    if port:
-        given["view_port"] = str(port)
+    given = {"door": options.door, "robot_config": options.robot, "params": options.params,
+             "experience": options.experience, "view": options.view, "view_port": str(port or "")}
     try:  # what each node would refuse is refused once
         load_door(options.door)
+        robot = load_robot_config(options.robot or None)
         if options.params:
             read_yaml(options.params)
-            given["params"] = options.params
+        elif options.robot:
+            given["params"] = parameters_for(RobotModel(robot))
         refuse_running_graph()
         command = launch_command()
     except DoorImpactError as error:

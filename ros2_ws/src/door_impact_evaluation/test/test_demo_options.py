@@ -2,9 +2,11 @@
 
 import signal
 
+import numpy as np
 import pytest
 import rclpy
 from door_impact_evaluation.demo import demo, demo_runner_node
+from door_impact_evaluation.demo.demo_client import DemoClient
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -37,3 +39,13 @@ def test_the_command_restores_what_signals_do(tmp_path, monkeypatch):
     before = [*map(signal.getsignal, numbers)]
     assert demo.main(["--out", str(tmp_path)]) == 0
     assert [*map(signal.getsignal, numbers)] == before
+
+
+def test_a_push_is_measured_although_its_answer_comes_after_the_peak(monkeypatch):
+    rclpy.init(args=[])
+    client = DemoClient()
+    monkeypatch.setattr(client, "until", lambda *_: None)
+    monkeypatch.setattr(client, "_demand", lambda _, push, *__: client.door.extend(
+        [(0.0, 0.012 * push.impulse**2), (1.0, 0.0)]))
+    assert np.degrees(client.push_by_hand()[1:]) == pytest.approx([16.0, 20.0, 25.0, 30.0])
+    rclpy.shutdown()

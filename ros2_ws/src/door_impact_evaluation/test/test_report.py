@@ -39,9 +39,9 @@ def run():
         joints=np.tile(T[:, None], (1, len(robot.joint_names))), base_position=along, com=along)
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     support = Support(along[:, :2], np.full(n, 0.05), zeros, zeros, [square], np.zeros(n, int))
-    log = Some(motion=motion, joint_names=list(robot.joint_names), door_distance=0.6, hinge_x=-0.4)
+    log = Some(robot=robot, motion=motion, door_distance=0.6, hinge_x=-0.4)
     record = Some(support=support, phases=PHASES, contact_time=CONTACT, peak_time=PEAK)
-    return run_of_log(record, log, PLAN, robot, load_door("paper"))
+    return run_of_log(record, log, PLAN, load_door("paper"))
 
 
 def test_robot_and_door_move_as_in_the_log(run):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
@@ -24,6 +24,7 @@ from hrp2_description.robot_types import (
     Drives,
     FootNames,
     FootSensors,
+    Frame,
     Length,
     Rect,
     RobotConfig,
@@ -99,6 +100,7 @@ class _File(Part):
     urdf: Name
     joint_names: _Names
     other_joints: Literal["fixed"] | None = None
+    frames: dict[Name, Frame] = Field(default_factory=dict)
     legs: Annotated[_Sides[_Names], AfterValidator(_Sides.mapping)]
     arm: Arm
     step: Step
@@ -139,19 +141,23 @@ def load_robot_config(path: str | Path | None = None) -> RobotConfig:
     joints that it does not name, such as fingers, stay at zero.
 
     Args:
-        path: YAML file in the form of config/robot.yaml, which is the default. Its field ``urdf``
-            is a path relative to the file's folder, to the parent of that folder, or to this
-            package's data; or it begins with ``package://`` and the name of a package that ROS or
-            pip has installed.
+        path: YAML file in the form of config/robot.yaml, which is the default, or the name of a
+            file beside that one without its ending, such as ``talos``. Its field ``urdf`` is a path
+            relative to the file's folder, to the parent of that folder, or to this package's data;
+            or it begins with ``package://`` and the name of a package that ROS or pip has
+            installed.
 
     Raises:
         RobotConfigError: The file cannot be read, or a field is missing, unknown or unusable, or
             contradicts the URDF.
     """
-    file = data_path("config/robot.yaml") if path is None else Path(path)
+    file = Path(data_path("config/robot.yaml") if path is None else path)
+    if file.parent == Path() and not file.suffix:
+        file = data_path(f"config/{file}.yaml")
     try:
         found = checked(_File, read_yaml(file))
-        return _build(found, Urdf(find_urdf(found.urdf, file)))
+        robot = _build(found, Urdf(find_urdf(found.urdf, file), found.frames))
+        return robot if path is None else replace(robot, file=file.resolve())
     except SettingError as error:
         raise RobotConfigError(
             f"{file}: {error.setting}", value=error.value, limit=error.limit) from error
@@ -180,10 +186,12 @@ def _build(file: _File, urdf: Urdf) -> RobotConfig:
         soles={"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)},
         braced_posture=_radians(file.braced_posture_deg),
         tucked_posture=_radians(file.tucked_posture_deg or {}),
-        urdf_path=urdf.path,
+        urdf_path=urdf.written(names),
         root_link=urdf.tree[0][1],
         drives=_drives(file, names),
-        doubts=doubts(urdf, names, limits, same["legs"]),
+        doubts=(*doubts(urdf, names, limits, same["legs"]),
+                *(["the force sensors of its feet are virtual: only the simulation has them"]
+                  if file.foot_sensors.virtual else [])),
         **same,
     )
     _check_names(config, urdf)

@@ -21,6 +21,7 @@ T = TypeVar("T")
 NAMED = ConfigDict(**STRICT, populate_by_name=True)
 LARGEST = 3.0  # largest length in a description of a humanoid [m]
 _UNIT = 1e-6  # largest deviation of a unit vector's length
+_SOLE_WIDTH, _MASS = 0.13, 58.0  # of HRP-2 [m], [kg]
 
 
 def in_metres(value: T) -> T:
@@ -38,6 +39,21 @@ def in_degrees(value: float) -> float:
 
 
 Length = Annotated[Positive, AfterValidator(in_metres)]
+
+
+@described(frozen=True, config=STRICT)
+class Frame:
+    """A frame that the URDF lacks.
+
+    Attributes:
+        link: Link to which it is fixed, by the joint of the frame's name with ``_joint``.
+        xyz: Place of its origin in the link's frame, (3,) [m].
+        rpy: Its roll, pitch and yaw there, (3,) [rad].
+    """
+
+    link: Name
+    xyz: Annotated[Vector, AfterValidator(in_metres)]
+    rpy: Vector = (0.0, 0.0, 0.0)
 
 
 @described(frozen=True, config=STRICT)
@@ -63,10 +79,12 @@ class FootSensors:
     Attributes:
         compensated: Whether the weight of what is below them, by ``sensor_joint``, is taken away.
         reversed: Whether they report what the foot does to the floor instead of the opposite.
+        virtual: Whether only the simulation has them; every plan says so then.
     """
 
     compensated: bool = True
     reversed: bool = False
+    virtual: bool = False
 
 
 @described(frozen=True, config=STRICT)
@@ -294,7 +312,7 @@ class RobotConfig:
     default is None.
 
     Attributes:
-        name: Name of the robot in its URDF.
+        name: Name of the robot in sentences, such as HRP-2.
         mass: Total mass, the sum over the URDF's links [kg].
         joint_names: Names of the joints in the robot's own order.
         half_sitting: Initial posture, with the soles level and parallel to the base [rad].
@@ -330,6 +348,7 @@ class RobotConfig:
         tucked_posture: Joint angles of the free arm while the robot goes through a door [rad].
         chest_yaw: Joint that turns the upper body against the legs; None if there is none.
         doubts: Sentences about what is possible and improbable in the URDF.
+        file: The robot.yaml; None means this package's own.
     """
 
     name: str
@@ -367,6 +386,21 @@ class RobotConfig:
     tucked_posture: Mapping[str, float] = field(default_factory=dict)
     chest_yaw: str | None = None
     doubts: tuple[str, ...] = ()
+    file: Path | None = None
+
+    @property
+    def sole_scale(self) -> float:
+        """Width of a sole over HRP-2's, 0.13 m.
+
+        Lengths that keep the ZMP inside the soles are stated for HRP-2, and are used times this.
+        """
+        _, _, low, high = self.soles["right"]
+        return (high - low) / _SOLE_WIDTH
+
+    @property
+    def mass_scale(self) -> float:
+        """Mass over HRP-2's, 58 kg; forces are stated for HRP-2, and are used times this."""
+        return self.mass / _MASS
 
     @property
     def armature(self) -> Array:

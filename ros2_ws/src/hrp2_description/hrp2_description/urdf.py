@@ -1,4 +1,4 @@
-"""Reads a robot's URDF, and refuses what no robot can be.
+"""Reads a robot's URDF, refuses what no robot can be, and writes it in one form for all readers.
 
 Only the elements <link> and <joint> below <robot> count: a block for a simulator may have others of
 the same names. The error of a number that belongs to another unit asks for that unit.
@@ -6,7 +6,10 @@ the same names. The error of a number that belongs to another unit asks for that
 
 from __future__ import annotations
 
+import hashlib
 import math
+import os
+import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,7 +20,7 @@ from door_impact_common.files import read_file
 
 from hrp2_description.data import data_path, share_folders
 from hrp2_description.errors import RobotConfigError
-from hrp2_description.robot_types import LARGEST
+from hrp2_description.robot_types import LARGEST, Frame
 
 FIXED = ("fixed", "floating", "planar")  # types of joints without a limited range
 _IN_PACKAGE = "package://"
@@ -28,6 +31,11 @@ _ROUNDING = 0.01  # share of the largest moment of inertia that counts as rounde
 _TINY = 1e-6  # share of the largest moment of inertia, or that of a ball, that counts as 0
 # How many numbers attributes of links and joints have; others that are read have one.
 _COUNTS = {"xyz": 3, "rpy": 3, "size": 3, "scale": 3, "radius": 1, "length": 1}
+# A frame without weight: simulators give a link without inertia one kilogram.
+_FRAME = """<robot><link name="{0}"><inertial><mass value="1e-9"/>
+<inertia ixx="1e-12" ixy="0" ixz="0" iyy="1e-12" iyz="0" izz="1e-12"/></inertial></link>
+<joint name="{0}_joint" type="fixed"><parent link="{1}"/><child link="{0}"/>
+<origin xyz="{2}" rpy="{3}"/></joint></robot>"""
 _TURN = 2.01 * math.pi  # largest angle of an origin [rad]
 _UNIT = 1e-3  # largest deviation of an axis' length
 _FASTEST, _STRONGEST = 60.0, 5000.0  # limits of joints that are improbable [rad/s], [N m]
@@ -37,6 +45,10 @@ _ASKEW, _UNLIKE = 0.02, 0.1
 
 class Urdf:
     """A URDF: a tree of links and joints.
+
+    Args:
+        path: The file. A root that only bears a floating joint is left out.
+        frames: Frames of links that are added to it, by name.
 
     Attributes:
         path: The file.
@@ -49,10 +61,19 @@ class Urdf:
         RobotConfigError: Links and joints are no tree, or a length is in millimetres.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, frames: Mapping[str, Frame] | None = None) -> None:
         """Read the file."""
         self.path = path
-        robot = ET.fromstring(read_file(path))
+        self._text = read_file(path)
+        self._robot = robot = ET.fromstring(self._text)
+        for joint in robot.findall("joint[@type='floating']"):
+            world = robot.find(f"link[@name='{_end('', joint, 'parent')}']")
+            if world is not None and world.find("inertial") is None:
+                robot.remove(joint)
+                robot.remove(world)
+        for name, frame in (frames or {}).items():
+            robot.extend(ET.fromstring(_FRAME.format(
+                name, frame.link, *(" ".join(map(repr, part)) for part in (frame.xyz, frame.rpy)))))
         self.links, self.joints = (_by_name(robot.findall(kind)) for kind in ("link", "joint"))
         self.tree = self._from_the_root()
         for name, element in [*self.links.items(), *self.joints.items()]:
@@ -79,6 +100,39 @@ class Urdf:
                 "joints of the URDF", value=sorted(ends) or len(tree),
                 limit=f"a tree of all {len(self.links)} links with one root")
         return tree
+
+    def written(self, moving: Sequence[str]) -> Path:
+        """Return the path of the URDF that every reader gets.
+
+        All joints that do not move are fixed in it, and its meshes have absolute paths. Where the
+        file differs from that, another one is written among the temporary files.
+
+        Args:
+            moving: Names of the joints that move.
+        """
+        for name, joint in self.joints.items():
+            if name not in moving and joint.attrib["type"] != "fixed":
+                joint.attrib["type"] = "fixed"
+                for part in joint.findall("limit") + joint.findall("mimic"):
+                    joint.remove(part)
+        for mesh in self._robot.iter("mesh"):
+            mesh.attrib["filename"] = str(self._mesh(mesh.attrib["filename"]))
+        text = ET.tostring(self._robot, encoding="unicode")
+        if text == ET.tostring(ET.fromstring(self._text), encoding="unicode"):
+            return self.path
+        return temporary(f"{self.path.stem}.urdf", text)
+
+    def _mesh(self, name: str) -> Path | str:
+        """Return the path of a mesh's file, or its name where there is no such file."""
+        plain = name.removeprefix("file://")
+        if name.startswith(_IN_PACKAGE):
+            plain = name.removeprefix(_IN_PACKAGE).lstrip("/")
+            package, _, place = plain.partition("/")
+            places = [*(folder / place for folder in share_folders(package)),
+                      *(folder / plain for folder in self.path.resolve().parents)]
+        else:
+            places = [self.path.resolve().parent / plain]
+        return next((path for path in places if path.is_file()), name)
 
     def frame(self, joint: str) -> tuple[list[float], list[float], list[float]]:
         """Return the origin xyz [m] and rpy [rad] of a joint in its parent link, and its axis."""
@@ -142,6 +196,19 @@ class Urdf:
                 limit="joints of the URDF, each of them once" if others else "the same set",
             )
         return np.array([_limits(name, self.joints[name]) for name in names])
+
+
+def temporary(name: str, text: str) -> Path:
+    """Write a text to a temporary file of its own, which other texts do not replace; return it."""
+    folder = Path(tempfile.gettempdir()) / f"hrp2_description_{os.getuid()}" / hashlib.sha256(
+        text.encode()).hexdigest()[:16]
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / name
+    if not path.is_file():  # another process may do the same at this time
+        new = folder / f"{os.getpid()}"
+        new.write_text(text, encoding="utf-8")
+        new.replace(path)
+    return path
 
 
 def find_urdf(name: str, config_file: Path) -> Path:

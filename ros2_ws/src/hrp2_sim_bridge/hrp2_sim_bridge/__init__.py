@@ -1,1 +1,1 @@
-"""A PyBullet HRP-2 in front of a door, in place of the robot's driver; the ZMP from its feet."""
+"""A simulated robot in front of a door, in place of the robot's driver; the ZMP from its feet."""

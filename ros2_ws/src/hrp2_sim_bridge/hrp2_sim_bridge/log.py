@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hrp2_sim_bridge.control.drives import Actuation
 from hrp2_sim_bridge.physics.engine import DoorState, Engine, Touch
-from hrp2_sim_bridge.physics.kinematics import Kinematics
+from hrp2_sim_bridge.physics.kinematics import Kinematics, SensedBodies
 from hrp2_sim_bridge.sensors.sensors import outer_wrenches
 from hrp2_sim_bridge.settings import SAMPLE, TICK
 
@@ -98,7 +98,7 @@ class TruthLog:
         before = np.maximum(np.arange(-1, len(base) - 1), 0)
         wrenches = outer_wrenches(
             kept["reactions"], links.at((before, feet)), links.at((slice(None), feet)), SAMPLE,
-            engine.sensed_mass[feet], engine.sensed_inertia[feet])
+            SensedBodies(robot))
         log: dict[str, Any] = {
             "time": kept["time"],
             "base_position": base[:, :3],
@@ -121,6 +121,7 @@ class TruthLog:
             log[f"{side}_sole_position"] = links.position[:, index]
             log[f"{side}_sole_quaternion"] = links.at((slice(None), index)).quaternion
         return log | {
+            "robot_config": str(robot.file or ""),
             "joint_names": np.array(robot.joint_names),
             "effort_limit": np.array(robot.effort_limit),
             "braced_joints": np.array(robot.braced_joints),

@@ -1,4 +1,4 @@
-"""The simulated world: HRP-2 in front of a swing door, stepped by control ticks of 5 ms."""
+"""The simulated world: a robot in front of a swing door, stepped by control ticks of 5 ms."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from hrp2_sim_bridge.physics.engine import (
     sensed_links,
 )
 from hrp2_sim_bridge.physics.engines import make_engine
-from hrp2_sim_bridge.physics.kinematics import Kinematics, LinkStates
+from hrp2_sim_bridge.physics.kinematics import Kinematics, LinkStates, SensedBodies
 from hrp2_sim_bridge.physics.robot_loads import FallWatch, HitMeter, RobotPushes
 from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors, outer_wrenches
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
@@ -74,7 +74,7 @@ class _Readings:
 
 
 class World(Driver):
-    """HRP-2 standing in half-sitting and a closed door; time is 0 when the robot has settled.
+    """A robot standing in half-sitting and a closed door; time is 0 when the robot has settled.
 
     Args:
         robot: Configuration of the robot.
@@ -136,6 +136,7 @@ class World(Driver):
         self.engine = make_engine(engine) if isinstance(engine, str) else engine
         self._log = (TruthLog(self.settings.log_seconds, len(robot.joint_names))
                      if self.settings.log else None)
+        self._bodies = SensedBodies(robot)
         self._kinematics = Kinematics(
             robot, [*sensed_links(robot), needed(robot.imu_frame, "imu_frame")])
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)
@@ -327,10 +328,10 @@ class World(Driver):
         if self.fall.update(self.engine, self._base[0]):
             self.driver.stop(self.time)
         before, self.links = self.links, self._link_states()
-        bodies = slice(len(self.engine.sensed_mass))
+        bodies = slice(len(self._bodies.mass))
         wrenches = outer_wrenches(
             reactions.mean(axis=0), before.at(bodies), self.links.at(bodies), TICK,
-            self.engine.sensed_mass, self.engine.sensed_inertia)
+            self._bodies)
         self._sensed = self._sensors.read(
             self.time, self.joints.motors, wrenches, self.imu_state,
             [self._encoder.count(state.angle) for state in readings.door])

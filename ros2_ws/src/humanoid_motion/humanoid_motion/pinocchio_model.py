@@ -24,8 +24,6 @@ coal = pin.coal if hasattr(pin, "coal") else pin.hppfcl  # its name in Jazzy's P
 def free_floating_model(config: RobotConfig) -> Any:
     """Build Pinocchio's model of a robot whose base_link is free to move.
 
-    Joints of the URDF that the configuration does not list are fixed at zero.
-
     Args:
         config: Configuration that names the URDF and its joints.
 
@@ -39,10 +37,6 @@ def free_floating_model(config: RobotConfig) -> Any:
         ValueError: The URDF cannot be read.
     """
     model = pin.buildModelFromUrdf(str(config.urdf_path), pin.JointModelFreeFlyer())
-    moving = {"universe", "root_joint", *config.joint_names}
-    fixed = [model.getJointId(name) for name in model.names if name not in moving]
-    if fixed:
-        model = pin.buildReducedModel(model, fixed, pin.neutral(model))
     model.gravity.linear = np.array([0.0, 0.0, -GRAVITY])  # Pinocchio's own default is 9.81
     return model
 
@@ -53,6 +47,18 @@ def joint_columns(
     """Return where joints, given by their names, stand in Pinocchio's q and v, (J,) each."""
     joints = [model.joints[model.getJointId(name)] for name in names]
     return np.array([joint.idx_q for joint in joints]), np.array([joint.idx_v for joint in joints])
+
+
+def inertia_beyond(model: Any, joint: str) -> Any:
+    """Sum the inertias of what hangs rigidly on a fixed joint, in the frame of the moving body."""
+    first = model.getFrameId(joint)
+    below, total = {first}, model.frames[first].placement.act(model.frames[first].inertia)
+    for number in range(first + 1, model.nframes):  # parents come first
+        frame = model.frames[number]
+        if frame.parentFrame in below and frame.parentJoint == model.frames[first].parentJoint:
+            below.add(number)
+            total = total + frame.placement.act(frame.inertia)
+    return total
 
 
 def find_twins(model: Any) -> tuple[NDArray[np.int_], Array]:
@@ -113,8 +119,7 @@ def collision_shapes(model: Any, config: RobotConfig) -> tuple[Any, tuple[str, .
     path, kind = config.urdf_path, pin.GeometryType.COLLISION
     left_out: list[str] = []
     try:
-        folders = [str(folder) for folder in path.resolve().parents]  # where package:// may be
-        geometry = pin.buildGeomFromUrdf(model, str(path), kind, package_dirs=folders)
+        geometry = pin.buildGeomFromUrdf(model, str(path), kind)
     except ValueError:  # the file of a mesh is missing
         root = ElementTree.parse(path).getroot()
         for link in root.findall("link"):

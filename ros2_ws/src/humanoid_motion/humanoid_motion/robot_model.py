@@ -35,6 +35,7 @@ from humanoid_motion.pinocchio_model import (
 
 TOWARDS_DOOR = (0.0, -1.0, 0.0)  # direction of the hit in odom
 _LEVEL = 1e-4  # largest tilt [rad] and difference in height [m] of the soles in half-sitting
+_STANDING_HEIGHT = 0.6487018511825304  # of HRP-2's base_link in half-sitting [m]
 _SQUAT = 0.525  # distance from hip to ankle in the deepest squat, as a share of the leg's length
 
 
@@ -149,6 +150,17 @@ class RobotModel:
         return np.array([self.joint_names.index(name) for name in names], dtype=int)
 
     # -- figures of one posture --------------------------------------------------------------
+
+    @cached_property
+    def standing_height(self) -> float:
+        """Height of base_link above the floor in half-sitting [m]."""
+        q = self.configuration(np.zeros(3), self.config.half_sitting)
+        return -float(self.frame_position(q, self.feet["right"].frame)[2])
+
+    @property
+    def height_scale(self) -> float:
+        """This height over HRP-2's; heights are stated for HRP-2, and are used times this."""
+        return self.standing_height / _STANDING_HEIGHT
 
     def folded_by(self, joints: ArrayLike) -> float:
         """Return the largest distance of a joint of the upper body from half-sitting [rad]."""

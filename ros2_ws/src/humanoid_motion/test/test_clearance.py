@@ -282,7 +282,7 @@ def test_a_mesh_counts_by_its_convex_hull(robot, geometry, tmp_path):
         file.write(bytes(80) + struct.pack("<I", len(triangles)))
         for triangle in triangles:
             file.write(struct.pack("<12fH", 0, 0, 0, *triangle.ravel(), 0))
-    meshed = BodyGeometry(with_head_of_mesh(robot, tmp_path, "head.stl"))
+    meshed = BodyGeometry(with_head_of_mesh(robot, tmp_path, str(tmp_path / "head.stl")))
     assert meshed.left_out == ()
     assert meshed.pairs == geometry.pairs
     motion = moving(robot.config.half_sitting)

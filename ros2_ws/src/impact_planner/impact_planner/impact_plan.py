@@ -12,7 +12,6 @@ from door_model.motion.dynamics import initial_velocity
 
 from impact_planner.hit.joint_load import JointLoad
 from impact_planner.hit.learning import ObservedHit, require_on_time
-from impact_planner.motion.missed import STANDS
 from impact_planner.motion.phase_plan import Branches, PhasePlan
 from impact_planner.motion.run_up import HitDesign
 from impact_planner.task.known_door import KnownDoor
@@ -182,11 +181,6 @@ class ImpactPlan(_Figures):
     def steady_way(self) -> float:
         """Distance at constant speed, centred on the nominal contact [m]."""
         return 2.0 * self.settings.door_uncertainty
-
-    @property
-    def stands_if_missed(self) -> bool:
-        """Whether a robot that misses the door is expected to stand; if not, a warning says so."""
-        return self.missed_margin >= STANDS
 
 
 class MeasuredHit(Protocol):

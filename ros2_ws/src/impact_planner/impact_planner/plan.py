@@ -27,13 +27,13 @@ from impact_planner.hit.stance import (
 )
 from impact_planner.hit.transfer import Blow, plan_blow
 from impact_planner.impact_plan import ImpactPlan
-from impact_planner.motion.missed import STANDS, inside_edge_for
+from impact_planner.motion.missed import inside_edge_for, needed_reserve
 from impact_planner.motion.phases import Phases, plan_phases
 from impact_planner.motion.run_up import HitDesign, plan_run_up
 from impact_planner.task.experience import Experience
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest, Task, resolve
-from impact_planner.task.settings import LEAST_INSIDE_EDGE, PlannerSettings
+from impact_planner.task.settings import PlannerSettings, make_settings
 
 __all__ = ["ImpactPlan", "KnownDoor", "PlanRequest", "PlannerSettings", "plan_impact"]
 
@@ -42,14 +42,14 @@ _SPEED_RESERVE = 1.005
 # Shares of the way of the CoM that `missed_reserve` needs, tried in this order where the legs, or
 # the ZMP of a shorter run-up, do not allow the whole way.
 _INWARD_SHARES = (0.85, 0.7, 0.5, 0.25)
-# Farthest place of the CoM inside the right sole's inner edge to which a door that stands far away
-# moves it, and the step between places that are tried for it [m].
-_FARTHEST_OUT, _EDGE_STEP = 0.01, 0.01
+# As of HRP-2's height: least distance of the CoM inside the right sole's inner edge, the largest
+# one, for a door that stands far away, and the step between places that are tried [m].
+_INMOST, _OUTMOST, _EDGE_STEP = -0.06, 0.01, 0.01
 _SPARE_RESERVE = 0.002  # further inside than needed, for a stance that turns out higher [m]
 # Errors after which another step or another place of the CoM is tried.
 _STEP_ERRORS = (AngleUnreachable, JointLimit, SpeedUnreachable, PostureUnreachable)
-# Largest distance of B from the CoM along x without a warning [m]; beyond it, yaw reduces the
-# effective mass.
+# Largest distance of B from the CoM along x without a warning, as of HRP-2's sole [m]; beyond it,
+# yaw reduces the effective mass.
 _LARGEST_OFFSET = 0.03
 _ROUNDING = 5e-4  # error of the CoM's height that is not worth a warning [m]
 
@@ -67,7 +67,7 @@ def plan_impact(
 
     Args:
         request: Opening angle and further wishes.
-        settings: Configuration; None means the defaults.
+        settings: Configuration; None means the robot's defaults.
 
     Returns:
         The plan with its trajectories.
@@ -76,7 +76,7 @@ def plan_impact(
         PlannerError: The request cannot be met. The error carries quantity, value and limit.
         HumanoidMotionError: The robot's joints, legs or balance do not allow the motion.
     """
-    settings = settings or PlannerSettings()
+    settings = settings or make_settings({}, robot)
     if known.experience is None:
         return _planned(request, known, robot, settings)
     bare = replace(known, experience=None)
@@ -158,7 +158,7 @@ def _motion(task: Task, prediction: DoorPrediction, step: float) -> tuple[HitDes
         robot, first.stance.posture, first.stance.feet)
     needed = inside_edge_for(robot, first.stance.posture, speed, settings.overrun,
                              settings.missed_reserve + _SPARE_RESERVE)
-    inward = max(0.0, edge - max(needed, LEAST_INSIDE_EDGE))
+    inward = max(0.0, edge - max(needed, _INMOST * robot.height_scale))
     # The speed is known only now; a posture with too fast joints is replaced by a lower one.
     demands = replace(demands, speed=speed, joint_speed=settings.limit_share * robot.speed_limit)
 
@@ -176,9 +176,14 @@ def _motion(task: Task, prediction: DoorPrediction, step: float) -> tuple[HitDes
     try:  # before more places are tried, what cannot be done at all is refused
         least = planned(edge)
     except (JointLimit, SpeedUnreachable):
-        for outward in _outward(edge):
+        for outward in _outward(edge, robot.height_scale):
             with suppress(*_STEP_ERRORS):
                 return planned(outward)
+        raise
+    except PostureUnreachable:  # a fast robot needs more way to come to rest after the hit
+        for further in _inward(edge, robot.height_scale) if settings.missed_reserve >= 0.0 else ():
+            with suppress(*_STEP_ERRORS):
+                return planned(further)
         raise
     for share in _INWARD_SHARES if inward > 0.0 else ():
         with suppress(*_STEP_ERRORS):
@@ -194,9 +199,8 @@ def _nearest_blow(
     Returns:
         Distance of the CoM inside the right sole's inner edge [m], and the blow.
     """
-    configured = task.settings.com_inside_edge
-    inward = np.arange(configured - _EDGE_STEP, LEAST_INSIDE_EDGE, -_EDGE_STEP).tolist()
-    edges = (configured, *_outward(configured), *inward, LEAST_INSIDE_EDGE)
+    configured, scale = task.settings.com_inside_edge, task.robot.height_scale
+    edges = (configured, *_outward(configured, scale), *_inward(configured, scale))
     failure: DoorImpactError | None = None
     for edge in edges:
         try:
@@ -212,9 +216,16 @@ def _nearest_blow(
         quantity=failure.quantity, value=failure.value, limit=(near, far))
 
 
-def _outward(edge: float) -> list[float]:
+def _inward(edge: float, scale: float) -> list[float]:
+    """Return places of the CoM further in than one [m]."""
+    step, inmost = _EDGE_STEP * scale, _INMOST * scale
+    return [*np.arange(edge - step, inmost, -step).tolist(), inmost]
+
+
+def _outward(edge: float, scale: float) -> list[float]:
     """Return places of the CoM further out than one [m], for doors that stand farther away."""
-    return np.arange(edge + _EDGE_STEP, _FARTHEST_OUT + 1e-9, _EDGE_STEP).tolist()
+    step = _EDGE_STEP * scale
+    return np.arange(edge + step, _OUTMOST * scale + 1e-9, step).tolist()
 
 
 def _with_edge(task: Task, edge: float) -> Task:
@@ -243,10 +254,11 @@ def _warnings(robot: RobotModel, hit: HitDesign, missed: float) -> tuple[str, ..
             f"{1e3 * posture.percussion_error:+.0f} mm off the height of the center of percussion"
         )
     offset = float(posture.elbow[0] - posture.com[0])
-    if abs(offset) > _LARGEST_OFFSET:
+    scale = config.sole_scale
+    if abs(offset) > _LARGEST_OFFSET * scale:
         found.append(
             f"B is {1e3 * offset:+.0f} mm from the CoM along x, more than "
-            f"{1e3 * _LARGEST_OFFSET:.0f} mm: the hit turns the robot about the vertical"
+            f"{1e3 * _LARGEST_OFFSET * scale:.0f} mm: the hit turns the robot about the vertical"
         )
     unseen = bodies_of(robot).left_out
     if unseen or not bodies_of(robot).links:
@@ -257,11 +269,11 @@ def _warnings(robot: RobotModel, hit: HitDesign, missed: float) -> tuple[str, ..
         found.append(
             f"a robot that misses the door falls: the capture point would be {-1e3 * missed:.0f} "
             "mm beyond the soles when it begins to brake")
-    elif missed < STANDS:
+    elif missed < needed_reserve(config):
         found.append(
             f"a robot that misses the door may fall: the capture point would be only "
             f"{1e3 * missed:.0f} mm inside the soles when it begins to brake, "
-            f"{1e3 * STANDS:.0f} mm are wanted")
+            f"{1e3 * needed_reserve(config):.0f} mm are wanted")
     return tuple(found)
 
 

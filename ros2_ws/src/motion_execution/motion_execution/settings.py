@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from door_impact_common.errors import SettingError
+from hrp2_description.robot import RobotConfig
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class ExecutionSettings:
 
         judged_after: Time from the end of the hold or the retreat to its judgement [s].
         felt_force: Force of the floor on the feet towards the door above which a contact is
-            detected [N].
+            detected [N]; HRP-2's by default.
         contact_deceleration: Specific force of the trunk away from the door, above what the run-up
             needs, from which on a reading shows a contact if the one before it has risen already
             [m/s^2]. In the simulation the readings of the run-up differ by at most 0.2, the second
@@ -98,6 +99,11 @@ class ExecutionSettings:
     missed: float = 0.25
     leaning: float = math.radians(5.0)
     restarts: int = 5
+
+    @classmethod
+    def of(cls, robot: RobotConfig) -> ExecutionSettings:
+        """Return the thresholds of a robot; forces are as HRP-2's by its mass."""
+        return cls(felt_force=cls.felt_force * robot.mass_scale)
 
     def __post_init__(self) -> None:
         """Check the thresholds that are parameters of a node."""

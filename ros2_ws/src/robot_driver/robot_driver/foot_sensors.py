@@ -11,6 +11,7 @@ from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import SIDES
+from humanoid_motion.pinocchio_model import inertia_beyond
 from humanoid_motion.robot_model import RobotModel
 
 _KEPT = 60  # readings that an offset is the mean of, 0.3 s at 200 Hz
@@ -106,14 +107,7 @@ class FootSensors:
 
     def _weight(self, side: str, joint: str) -> Array:
         """Return the force and torque about the sole that carry what is below a sensor, (6,)."""
-        model, sole = self._model, self._soles[side]
-        first = model.getFrameId(joint)
-        below, total = {first}, model.frames[first].placement.act(model.frames[first].inertia)
-        for number in range(first + 1, model.nframes):  # parents come first
-            frame = model.frames[number]
-            if frame.parentFrame in below and frame.parentJoint == sole.parentJoint:
-                below.add(number)
-                total = total + frame.placement.act(frame.inertia)
-        lever = sole.placement.actInv(total.lever)
+        total = inertia_beyond(self._model, joint)
+        lever = self._soles[side].placement.actInv(total.lever)
         up = np.array([0.0, 0.0, total.mass * GRAVITY])
         return np.concatenate([up, np.cross(lever, up)])

@@ -106,6 +106,8 @@ def _parser() -> argparse.ArgumentParser:
         description="Identifies the door, plans the hit, opens the door and reports the result.")
     parser.add_argument("--door", default="paper",
                         help="paper, size2, size3, size4 or a YAML file (default: paper)")
+    parser.add_argument("--robot", default="",
+                        help="robot.yaml of another robot (default: that of --params, or HRP-2)")
     parser.add_argument("--target-deg", type=_angle, default=25.0,
                         help="desired opening angle [deg] (default: 25)")
     parser.add_argument("--ending", choices=ENDINGS, default="hold",
@@ -140,18 +142,24 @@ def _demonstrate(settings: DemoSettings, graph: Mapping[str, str]) -> None:
         KeyboardInterrupt: It was interrupted.
     """
     door = load_door(settings.door)  # errors of files are reported before anything is started
+    robot = load_robot_config(graph["robot_config"] or None)
     # Imported here: a wrong command line is refused at once, without loading ROS and the planner.
+    from door_impact_bringup.graph import parameters_for, refuse_running_graph
+
     if "params" in graph:
         read_yaml(graph["params"])
     else:  # what the planner will refuse for the door as it is found, it refuses for the true one
         from humanoid_motion.robot_model import RobotModel
         from impact_planner.task.known_door import KnownDoor
 
-        from door_impact_evaluation.run.rehearsal import planned
+        from door_impact_evaluation.run.rehearsal import planned, world_of
 
-        planned(RobotModel(load_robot_config()), KnownDoor.configured(door), settings.target_deg,
+        model = RobotModel(robot)
+        planned(model, KnownDoor.configured(door), settings.target_deg,
                 settings.run_up, settings.ending)
-    from door_impact_bringup.graph import refuse_running_graph
+        if robot.file is not None:  # and what its robot.yaml lacks for the simulation
+            world_of(model, door, 0.0, engine=graph["engine"]).close()
+            graph = {**graph, "params": parameters_for(model)}
 
     refuse_running_graph()
     folder = ResultFolder(settings.out)
@@ -192,9 +200,9 @@ def _run_with_nodes(settings: DemoSettings, graph: Mapping[str, str]) -> None:
 
 
 def _complaints(log: Path) -> str:
-    """Return the last lines of the nodes' log that are warnings or errors, indented."""
+    """Return the first warnings and errors of the nodes' log, which cause the others, indented."""
     lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
-    return "\n".join(f"    {line}" for line in lines if "[INFO]" not in line and line)[-_SHOWN:]
+    return "\n".join(f"    {line}" for line in lines if "[INFO]" not in line and line)[:_SHOWN]
 
 
 def start_nodes(log: Path, *arguments: str) -> subprocess.Popen[bytes]:
@@ -254,7 +262,7 @@ def main(args: list[str] | None = None) -> int:
     options = _parser().parse_args(args)
     settings = DemoSettings(options.door, options.target_deg, options.ending, options.run_up,
                             options.hits, options.out)
-    graph = {"engine": options.engine, "gui": options.gui}
+    graph = {"engine": options.engine, "gui": options.gui, "robot_config": options.robot}
     if options.params:
         graph["params"] = options.params
     try:

@@ -21,18 +21,18 @@ from door_model.recording.recording import Recording
 from door_model.recording.sample_store import SampleStore
 from door_model.recording.swings import FreeSwing, find_swings
 from door_model.ros.messages import to_batch
-from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
 from impact_planner.ros.messages import door_from_message
 from rclpy.utilities import get_rmw_implementation_identifier
 from scipy.optimize import least_squares
 
-from door_impact_evaluation.demo import passage
 from door_impact_evaluation.demo.settings import STANDS
 from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.report import animation, figures, report, table
 from door_impact_evaluation.report.replay import replay_of
 from door_impact_evaluation.report.run_replay import run_of_log
-from door_impact_evaluation.run import evaluation, simulation_log
+from door_impact_evaluation.run import evaluation, passage_measures, simulation_log
+from door_impact_evaluation.run.body_distances import body_distances
 from door_impact_evaluation.run.record import DemoRecord, Motion, Support
 from door_impact_evaluation.run.simulation_log import HitLoads, SimulationLog
 
@@ -103,6 +103,7 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact | N
             "raw_min_margin_mm": _margins_mm(raw, record),
         },
         "robot": {
+            "name": log.robot.name,
             "fell": bool(log.fell),
             "max_tilt_deg": float(np.degrees(evaluation.tilt(motion.base_orientation).max())),
             "max_tracking_error_deg": float(np.degrees(log.max_tracking_error)),
@@ -111,13 +112,13 @@ def summarize(received: Received, log: SimulationLog, hit: evaluation.Impact | N
             "foot_slip_mm": None if hit is None else 1e3 * evaluation.slip(
                 motion, *record.phases["post"]),
         },
-        "passage": passage.figures(received.outcome, received.door, log, record)
+        "passage": passage_figures(received.outcome, received.door, log, record)
         if received.passes else None,
         "run": {
             "real_time_factor": received.real_time_factor,
             "wall_s": received.wall_s,
             "engine": log.engine,
-            "rclpy": _rclpy(),
+            "rclpy": "pypi" if _version("ros-jazzy-rclpy") else "ros2",
             "rmw": get_rmw_implementation_identifier(),
             "versions": _versions(log.engine),
         },
@@ -159,6 +160,32 @@ def _of_the_hit(received: Received, motion: Motion, hit: evaluation.Impact, load
     }
 
 
+def passage_figures(
+    outcome: Any, door: str, log: SimulationLog, record: DemoRecord,
+) -> dict[str, Any]:
+    """Compute "passage" of `summary.json`; None for figures that are not known.
+
+    Args:
+        outcome: Result of the action WalkThroughDoor.
+        door: Name or YAML file of the simulated door.
+        log: The simulation's log.
+        record: What was measured of the motion.
+    """
+    robot, walk = RobotModel(log.robot), None
+    plan, begin, t = outcome.plan, outcome.start_time, log.motion.t
+    if math.isfinite(begin):
+        walk = passage_measures.WalkedThrough(
+            begin, begin + plan.release_time, outcome.steps,
+            np.interp(t - begin, plan.times, plan.leaf_angle),
+            body_distances(robot, log.motion, load_door(door),
+                           (log.hinge_x, -log.door_distance), begin))
+    first = min(begin for begin, _ in record.phases.values())
+    found = passage_measures.summary(passage_measures.PassageRecord(
+        log, record.support.margin, first, record.contact_time, record.peak_time, walk), robot)
+    return {name: None if isinstance(value, float) and math.isnan(value) else value
+            for name, value in found.items()}
+
+
 def _identified(received: Received) -> dict[str, Any]:
     parameters, simulated = received.parameters, load_door(received.door)
     found: dict[str, Any] = {}
@@ -184,13 +211,12 @@ def _margins_mm(support: Support, record: DemoRecord) -> dict[str, float]:
     return {name: 1e3 * value for name, value in found.items()}
 
 
-def _rclpy() -> str:
-    """Return "pypi" for an rclpy of PyPI's wheels, "ros2" for that of an installed ROS 2."""
+def _version(package: str) -> str:
+    """Return the version of a package of PyPI; empty if it is not installed as such."""
     try:
-        metadata.version("ros-jazzy-rclpy")
+        return metadata.version(package)
     except metadata.PackageNotFoundError:
-        return "ros2"
-    return "pypi"
+        return ""
 
 
 def _versions(engine: str) -> dict[str, str]:
@@ -198,12 +224,8 @@ def _versions(engine: str) -> dict[str, str]:
     versions = {"python": platform.python_version(), "pinocchio": pinocchio.__version__}
     if "ROS_DISTRO" in os.environ:
         versions["ros"] = os.environ["ROS_DISTRO"]
-    for name in (*_PACKAGES, engine):
-        try:
-            versions[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
-    return versions
+    found = {name: _version(name) for name in (*_PACKAGES, engine)}
+    return versions | {name: version for name, version in found.items() if version}
 
 
 def write(received: Received, out: Path) -> None:
@@ -219,7 +241,7 @@ def write(received: Received, out: Path) -> None:
     if not received.phases:
         raise DemoError(f"the motion never began: {received.outcome.message}")
     log = simulation_log.load(out / "simulation.npz", received.phases[0][0])
-    robot, door = load_robot_config(), load_door(received.door)
+    robot, door = log.robot, load_door(received.door)
     measured = evaluation.support(log.motion, robot, window=evaluation.WINDOW)
     t, starts = log.motion.t, {name: time for time, name in received.phases}
     hit, contact, peak = None, math.nan, math.nan
@@ -248,8 +270,8 @@ def write(received: Received, out: Path) -> None:
         falls = (t >= peak) & (t <= held_until)
         rows = table.rows(summary, float(np.degrees(log.motion.door_angle[falls].min())))
         notes = [*received.plan.warnings, *notes]
-    heading = _heading(summary, received.outcome)
-    replay = replay_of(run_of_log(shown, true, received.plan, robot, door))
+    heading = _heading(robot.name, summary, received.outcome)
+    replay = replay_of(run_of_log(shown, true, received.plan, door))
     report.write(rows, heading, notes, replay, out / "report.html")
     write_whole(out / "summary.json", json.dumps(summary, indent=2) + "\n")
     print(table.text(rows), flush=True)
@@ -264,16 +286,15 @@ def _draw_hit(received: Received, record: DemoRecord, true: SimulationLog,
     figures.door_angle(record, received.target_deg, out / "door_angle.png")
     since = summary["passage"] and summary["passage"]["hit_to_clear_s"]
     whole = {"after": since + STANDS, "slow_motion": 1.0, "follow": True} if since else {}
-    animation.hit(true, load_robot_config(), load_door(received.door), record.contact_time,
-                  out / "impact.gif", **whole)
+    animation.hit(true, load_door(received.door), record.contact_time, out / "impact.gif", **whole)
 
 
-def _heading(summary: dict[str, Any], outcome: Any) -> str:
-    """Return a sentence about how far the door opened and what became of the robot."""
+def _heading(name: str, summary: dict[str, Any], outcome: Any) -> str:
+    """Return a sentence about how far the door opened and what became of the robot of a name."""
     door, robot, through = summary["door"], summary["robot"], summary["passage"]
-    opened = "HRP-2 pushed the door and " if door is None else (
-        "HRP-2 did not open the door and " if door["peak_deg"] <= table.OPENED else
-        f"HRP-2 opened the door to {door['peak_deg']:.1f} deg "
+    opened = f"{name} pushed the door and " if door is None else (
+        f"{name} did not open the door and " if door["peak_deg"] <= table.OPENED else
+        f"{name} opened the door to {door['peak_deg']:.1f} deg "
         f"({door['error_deg']:+.1f} deg from the desired {door['target_deg']:g} deg) and ")
     if robot["fell"]:
         return opened + "fell."

@@ -11,7 +11,6 @@ from door_impact_bringup import door_scene
 from door_impact_common.arrays import Array
 from door_model.door.config import DoorConfig
 from door_model.door.geometry import along
-from hrp2_description.robot import RobotConfig
 from hrp2_sim_bridge.physics.pybullet.client import connect
 from PIL import Image, ImageDraw, ImageFont
 
@@ -27,14 +26,13 @@ _INERTIAL = ('<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1
 CAMERA = ((2.9, -0.1, 1.5), (0.0, -0.5, 0.75))
 
 
-def hit(log: SimulationLog, robot: RobotConfig, door: DoorConfig, contact_time: float, path: Path,
-        *, before: float = 1.3, after: float = 5.5, slow_motion: float = 2.0,
+def hit(log: SimulationLog, door: DoorConfig, contact_time: float, path: Path, *,
+        before: float = 1.3, after: float = 5.5, slow_motion: float = 2.0,
         rate: float = 12.5, follow: bool = False) -> None:
     """Write a GIF of the run-up, the hit, the opening, and what follows.
 
     Args:
         log: The simulation's log as it was, with the place of the door.
-        robot: The robot, for its URDF and the names of its joints.
         door: The door, for the size of its leaf.
         contact_time: Time of the hit [s].
         path: GIF file to write.
@@ -48,17 +46,18 @@ def hit(log: SimulationLog, robot: RobotConfig, door: DoorConfig, contact_time: 
     times = np.arange(contact_time - before, end, 1.0 / (rate * slow_motion))
     frames = [_caption(frame, time - contact_time, slow_motion).quantize(96)
               for time, frame in zip(
-                  times, _render(log, robot, door, times, follow=follow), strict=True)]
+                  times, _render(log, door, times, follow=follow), strict=True)]
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=int(1000 / rate), loop=0,
                    optimize=True)
 
 
-def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Array, *,
-            follow: bool) -> Iterator[Image.Image]:
+def _render(
+    log: SimulationLog, door: DoorConfig, times: Array, *, follow: bool
+) -> Iterator[Image.Image]:
     """Yield the picture at each of some times [s]."""
     client, motion = connect(gui=False), log.motion
     try:
-        body = client.loadURDF(str(robot.urdf_path), useFixedBase=True)
+        body = client.loadURDF(str(log.robot.urdf_path), useFixedBase=True)
         inertial = client.getDynamicsInfo(body, -1)[3:5]  # its pose in base_link
         index = {client.getJointInfo(body, i)[1].decode(): i
                  for i in range(client.getNumJoints(body))}
@@ -78,7 +77,7 @@ def _render(log: SimulationLog, robot: RobotConfig, door: DoorConfig, times: Arr
             row = min(int(np.searchsorted(motion.t, time)), len(motion.t) - 1)
             client.resetBasePositionAndOrientation(body, *client.multiplyTransforms(
                 motion.base_position[row], motion.base_orientation[row], *inertial))
-            for name, angle in zip(robot.joint_names, motion.joints[row], strict=True):
+            for name, angle in zip(log.robot.joint_names, motion.joints[row], strict=True):
                 client.resetJointState(body, index[name], angle)
             client.resetJointState(leaf, 0, motion.door_angle[row])
             way = follow * (motion.base_position[row] - begin) * [1.0, 1.0, 0.0]

@@ -8,7 +8,6 @@ from door_impact_common.arrays import Array
 from door_impact_view.replay.recording import Curve, Limit, Plot
 from door_impact_view.scene import colors
 from door_model.door.config import DoorConfig
-from hrp2_description.robot import RobotConfig
 
 from door_impact_evaluation.report.recorded_run import (
     Body,
@@ -24,8 +23,7 @@ from door_impact_evaluation.run.simulation_log import SimulationLog
 _SOURCE = "simulated"
 
 
-def run_of_log(record: DemoRecord, log: SimulationLog, plan: Any, robot: RobotConfig,
-               door: DoorConfig) -> RecordedRun:
+def run_of_log(record: DemoRecord, log: SimulationLog, plan: Any, door: DoorConfig) -> RecordedRun:
     """Describe a run from its first phase to the end of the last one.
 
     Args:
@@ -33,7 +31,6 @@ def run_of_log(record: DemoRecord, log: SimulationLog, plan: Any, robot: RobotCo
         log: The simulation's log as it was.
         plan: Message ImpactPlan with the plan that was executed; its trajectories are not needed.
             None if the door was not hit.
-        robot: The robot, for its URDF.
         door: The door, for its leaf.
     """
     motion, support, spans = log.motion, record.support, list(record.phases.values())
@@ -49,9 +46,9 @@ def run_of_log(record: DemoRecord, log: SimulationLog, plan: Any, robot: RobotCo
     return RecordedRun(
         t=t[(t >= spans[0][0]) & (t <= spans[-1][1])], source=_SOURCE,
         robot=Body(
-            robot.urdf_path.read_text(encoding="utf-8"),
+            log.robot.urdf_path.read_text(encoding="utf-8"),
             {name: Series(t, angles[:, None])
-             for name, angles in zip(log.joint_names, motion.joints.T, strict=True)},
+             for name, angles in zip(log.robot.joint_names, motion.joints.T, strict=True)},
             Series(t, _poses(motion.base_position, motion.base_orientation))),
         door=Body(
             door_scene.door_urdf(door),

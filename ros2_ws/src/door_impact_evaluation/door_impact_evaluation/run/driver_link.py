@@ -27,11 +27,11 @@ from humanoid_motion.kinematics import yaw_of
 from humanoid_motion.robot_model import RobotModel
 from humanoid_motion.samples import ImuSample
 from impact_planner.errors import PLANNING_ERRORS
+from impact_planner.hit.placement import configured_placement, configured_settings
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import configured_placement, make_settings
 from motion_execution.mission.hit_plan import HitPlan
 from motion_execution.mission.link import HitRequest, Link
 from motion_execution.mission.mission import Mission
@@ -117,7 +117,7 @@ class DriverLink(Link):
         self._odometry = FootOdometry(robot, loaded_force=_LOADED * weight, start=start)
         self._zmp = ZmpEstimator(weight, robot.config.soles)
         self._seen: tuple[TickSample, RobotPose] | None = None
-        self.mission = Mission(robot, self, survey(), passing, recover=recover)
+        self.mission = Mission(robot, self, survey(robot), passing, recover=recover)
 
     # -- time goes on ---------------------------------------------------------------------------
 
@@ -280,7 +280,7 @@ class DriverLink(Link):
             plan = plan_impact(PlanRequest(
                 request.angle, run_up=request.run_up or None, ending=request.ending,
                 door_distance=distance, l_b=l_b), known, robot,
-                make_settings(configured_placement()))
+                configured_settings(robot))
         except PLANNING_ERRORS as error:
             raise (InvalidGoal if error.reason == "invalid_request" else HitNotPlanned)(
                 f"the hit cannot be planned: {error}", quantity=error.quantity, value=error.value,
@@ -309,10 +309,10 @@ def at_once(work: Callable[..., Any], *args: Any) -> Future[Any]:
     return pending
 
 
-def survey() -> Pose:
+def survey(robot: RobotModel) -> Pose:
     """Return the door as it is to be seen from where a hit begins, as it is configured."""
-    place = configured_placement()
-    return Pose(place["hinge_x"], -place["door_distance"], 0.0)
+    place = configured_placement(robot)
+    return Pose(place.hinge_x, -place.door_distance, 0.0)
 
 
 def hit_plan_of(plan: ImpactPlan) -> HitPlan:

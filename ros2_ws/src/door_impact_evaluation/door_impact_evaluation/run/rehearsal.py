@@ -14,12 +14,12 @@ from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.errors import ImplausibleHit
 from impact_planner.hit.learning import learn
+from impact_planner.hit.placement import configured_placement, configured_settings
 from impact_planner.impact_plan import ImpactPlan, observed_hit
 from impact_planner.plan import plan_impact
 from impact_planner.task.experience import Experience
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import configured_placement, make_settings
 from motion_execution.hit.execution import Execution
 from motion_execution.mission.mission import HIT
 from motion_execution.mission.order import Order
@@ -124,13 +124,13 @@ def planned(
 ) -> ImpactPlan:
     """Plan a hit; arguments and errors are those of `rehearse`."""
     return plan_impact(PlanRequest(np.radians(target_deg), run_up=run_up, ending=ending), known,
-                       robot, make_settings(configured_placement()))
+                       robot, configured_settings(robot))
 
 
 def world_of(robot: RobotModel, door: DoorConfig, door_offset: float, **settings: Any) -> World:
     """Make a world with a door; arguments and errors are as of `rehearse`."""
-    kind, place = MirroredWorld if door.hinge == "left" else World, configured_placement()
-    return kind(robot.config, door, door_offset + place["door_distance"], place["hinge_x"],
+    kind, place = MirroredWorld if door.hinge == "left" else World, configured_placement(robot)
+    return kind(robot.config, door, door_offset + place.door_distance, place.hinge_x,
                 **settings)
 
 

@@ -6,15 +6,16 @@ door hinged at the right, for which everything is defined.
 
 import json
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import load_robot_config
+from hrp2_description.errors import RobotConfigError
+from hrp2_description.robot import RobotConfig, load_robot_config
 from humanoid_motion.mirror import Mirror
 
+from door_impact_evaluation.errors import DemoError
 from door_impact_evaluation.run.evaluation import Impact, heading, tilt
 from door_impact_evaluation.run.record import Motion
 
@@ -51,12 +52,12 @@ class SimulationLog:
     """The contents of the simulation's log.
 
     Attributes:
+        robot: The robot that was simulated.
         motion: The 1 kHz samples.
         fell: Reason why the robot counts as fallen; empty if it stands.
         frame_force: Normal forces of frame and wall on the robot at the samples, (n,) [N].
         max_tracking_error: Largest difference between a joint's angle and its reference [rad].
         max_torque_ratio: Largest torque of a motor over its limit; braced joints are left out.
-        joint_names: Names of the joints.
         braced: Indices of the braced joints.
         tick_time: Times of the ends of the ticks, (T,) [s].
         gear_torque: Largest torques of the gears in each tick, (T, J) [N m].
@@ -69,12 +70,12 @@ class SimulationLog:
         engine: Name of the physics engine.
     """
 
+    robot: RobotConfig
     motion: Motion
     fell: str
     frame_force: Array
     max_tracking_error: float
     max_torque_ratio: float
-    joint_names: list[str]
     braced: list[int]
     tick_time: Array
     gear_torque: Array
@@ -93,7 +94,8 @@ class SimulationLog:
 
     def reflected(self) -> "SimulationLog":
         """Return the log of the robot's mirror image."""
-        return replace(self, motion=self.motion.reflected(_mirror()), hinge_x=-self.hinge_x)
+        mirror = Mirror(self.robot)
+        return replace(self, motion=self.motion.reflected(mirror), hinge_x=-self.hinge_x)
 
     def hit_loads(self, impact: Impact) -> HitLoads:
         """Return the loads from the first contact until `_RINGING` after its end."""
@@ -104,15 +106,24 @@ class SimulationLog:
         gears = self.gear_torque[ticks].max(axis=0)
         shares = gears / self.gear_peak_torque
         carried = np.abs(self.pad_impulse[ticks].sum(axis=0))[self.braced]
+        names = self.robot.joint_names
         return HitLoads(
-            dict(zip(self.joint_names, gears.tolist(), strict=True)),
-            dict(zip(self.joint_names, shares.tolist(), strict=True)),
+            dict(zip(names, gears.tolist(), strict=True)),
+            dict(zip(names, shares.tolist(), strict=True)),
             float(self.pad_force[ticks].max()), float(carried.sum()))
 
 
-@cache
-def _mirror() -> Mirror:
-    return Mirror(load_robot_config())
+def _robot(path: Path, log: dict[str, Any]) -> RobotConfig:
+    """Return the robot of a log; an old log does not name it, and is of this package's own."""
+    file = str(log.get("robot_config", ""))
+    try:
+        robot = load_robot_config(file or None)
+    except RobotConfigError as error:
+        raise DemoError(f"{path}: the robot of the log is gone: {error}") from error
+    if robot.joint_names != (names := tuple(log["joint_names"].tolist())):
+        raise DemoError(f"{path}: the log was made with another robot than that of {file} now, "
+                        f"it has {len(names)} joints by other names or in another order")
+    return robot
 
 
 def load(path: Path, start: float) -> SimulationLog:
@@ -121,6 +132,9 @@ def load(path: Path, start: float) -> SimulationLog:
     Args:
         path: File that the simulation wrote (.npz).
         start: Time at which the motion begins; earlier samples are left out [s].
+
+    Raises:
+        DemoError: The file of the robot is gone, or has changed.
     """
     with np.load(path) as data:
         log: dict[str, Any] = {name: data[name] for name in data.files}
@@ -146,17 +160,18 @@ def load(path: Path, start: float) -> SimulationLog:
     at_ticks = np.clip(np.searchsorted(log["time"], log["tick_time"] - _ROUNDING), 0,
                        len(log["time"]) - 1)
     tracking = np.abs(log["q"][at_ticks] - log["tick_reference"])[ticks]
-    names = log["joint_names"].tolist()
+    robot = _robot(path, log)
+    names = robot.joint_names
     braced = [names.index(name) for name in log["braced_joints"].tolist()]
     free = [i for i in range(len(names)) if i not in braced]
     ratio = log["tick_peak_torque"][ticks] / log["effort_limit"]
     found = SimulationLog(
+        robot=robot,
         motion=motion,
         fell=str(log["fall_reason"]),
         frame_force=log["frame_force"][rows],
         max_tracking_error=float(tracking.max()),
         max_torque_ratio=float(ratio[:, free].max()),
-        joint_names=names,
         braced=braced,
         tick_time=log["tick_time"][ticks],
         gear_torque=log["tick_gear_torque"][ticks].astype(float),

@@ -132,14 +132,14 @@ SWEEPS: dict[str, tuple[tuple[str, tuple[Any, ...]], ...]] = {
 _PYBULLET_ONLY = ("iterations",)  # sweeps of what only PyBullet has
 
 
-def effective_masses(plan: ImpactPlan) -> dict[str, Any]:
+def effective_masses(robot: RobotModel, plan: ImpactPlan) -> dict[str, Any]:
     """Compute the effective mass at point B by eq. (3), spatially and by the pull test [kg].
 
     Args:
+        robot: The robot.
         plan: Plan whose posture at the contact is taken.
     """
-    config = load_robot_config()
-    robot = RobotModel(config)
+    config = robot.config
     joints = plan.phase("cam").knots.at(plan.contact_time)[0][0]
     q = robot.configuration(np.array([0.0, 0.0, plan.waist_height]), joints)
     rows = []
@@ -164,7 +164,7 @@ def figures_of(run: Rehearsal) -> dict[str, Any]:
         Figures of the run; those of the hit only if the robot touched the door.
     """
     motion, hit, plan = run.log.motion, run.impact, run.plan
-    support = evaluation.support(motion, load_robot_config(), window=evaluation.WINDOW)
+    support = evaluation.support(motion, run.robot, window=evaluation.WINDOW)
     inside = (motion.t > 0.1) & (motion.t < motion.t[-1] - 0.05)
     found: dict[str, Any] = {
         "fell": run.log.fell,
@@ -212,26 +212,24 @@ def drop_tests(engine: str) -> list[dict[str, float]]:
     return rows
 
 
-def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
-    """Run the sweeps and write ``summary.json`` and the pictures.
+def study(out: Path, names: Iterable[str], robot: RobotModel) -> str:
+    """Run the sweeps, write ``summary.json`` and the pictures, and say where they are.
 
     Args:
         out: Folder of the results.
         names: Names of the sweeps to run, keys of `SWEEPS`.
-
-    Returns:
-        The contents of ``summary.json``.
+        robot: The robot.
     """
     make_folder(out)
     log = out / "run.npz"
-    runs = {engine: rehearse(TARGET_DEG, log, engine=engine) for engine in ENGINES}
+    runs = {engine: rehearse(TARGET_DEG, log, engine=engine, robot=robot) for engine in ENGINES}
     nominal = runs[WorldSettings.engine]
     summary: dict[str, Any] = {
         "target_deg": TARGET_DEG,
         "nominal": {engine: figures_of(run) for engine, run in runs.items()},
         "plan": {"v_rb": nominal.plan.v_rb, "omega_door": nominal.plan.omega_door,
                  "v_rb_post": nominal.plan.v_rb_post},
-        "effective_mass": effective_masses(nominal.plan),
+        "effective_mass": effective_masses(robot, nominal.plan),
         "drop_test": {engine: drop_tests(engine) for engine in ENGINES},
         "sweeps": {},
     }
@@ -239,13 +237,13 @@ def study(out: Path, names: Iterable[str]) -> dict[str, Any]:
         keys, columns = zip(*SWEEPS[name], strict=True)
         rows = [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
         summary["sweeps"][name] = {
-            engine: [row | figures_of(rehearse(TARGET_DEG, log, engine=engine, **row))
+            engine: [row | figures_of(rehearse(TARGET_DEG, log, engine=engine, robot=robot, **row))
                      for row in tqdm(rows, desc=f"{name}, {engine}", leave=False)]
             for engine in ENGINES if engine != "mujoco" or name not in _PYBULLET_ONLY
         }
         write_whole(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     draw(summary, out)
-    return summary
+    return f"written to {out}"
 
 
 def main(args: list[str] | None = None) -> int:
@@ -265,16 +263,13 @@ def main(args: list[str] | None = None) -> int:
                         help=f"sweeps: {', '.join(SWEEPS)} (default: all)")
     parser.add_argument("--out", type=Path, default=Path("out/physics"),
                         help="folder of the results (default: out/physics)")
+    parser.add_argument("--robot", help="robot.yaml of another robot (default: HRP-2)")
     options = parser.parse_args(args)
     unknown = [name for name in options.sweeps if name not in SWEEPS]
     if unknown:
         parser.error(f"there is no sweep {unknown[0]}; there are {', '.join(SWEEPS)}")
-    return run_command("physics_study", lambda: _written(options))
-
-
-def _written(options: argparse.Namespace) -> str:
-    study(options.out, options.sweeps or list(SWEEPS))
-    return f"written to {options.out}"
+    return run_command("physics_study", lambda: study(
+        options.out, options.sweeps or SWEEPS, RobotModel(load_robot_config(options.robot))))
 
 
 if __name__ == "__main__":

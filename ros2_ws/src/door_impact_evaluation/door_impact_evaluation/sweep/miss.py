@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from impact_planner.motion.missed import needed_reserve
 
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import Rehearsal, rehearse
@@ -49,20 +50,21 @@ def run(case: Row) -> Iterator[Row]:
                 robot=robot_of(case), **{
                     name: case[name] for name in ("door", "run_up", "engine", "friction", "seed")})
         yield _measured(found)
-        if found.plan.stands_if_missed:
+        if found.plan.missed_margin >= needed_reserve(found.robot):
             return
 
 
 def _measured(found: Rehearsal) -> Row:
     plan, motion, stands = found.plan, found.log.motion, found.log.stood
+    expected = plan.missed_margin >= needed_reserve(found.robot)
     margin = evaluation.support(motion, found.robot, window=evaluation.WINDOW).margin
     return {
         "outcome": found.execution.outcome.value, "stood": stands, "fell": found.log.fell,
         "missed_margin_mm": 1e3 * plan.missed_margin, "v_rb": plan.v_rb,
         # Falls of which the plan warned, of which it did not, and warnings of no fall.
-        "announced": not (stands or plan.stands_if_missed),
-        "unannounced": not stands and plan.stands_if_missed,
-        "needless": stands and not plan.stands_if_missed,
+        "announced": not (stands or expected),
+        "unannounced": not stands and expected,
+        "needless": stands and not expected,
         "margin_mm": 1e3 * float(known(margin).min(initial=np.inf)),
         "tilt_deg": float(np.degrees(evaluation.tilt(motion.base_orientation).max()))}
 

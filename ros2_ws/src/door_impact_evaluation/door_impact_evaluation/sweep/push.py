@@ -10,11 +10,11 @@ import numpy as np
 from door_model.door.config import load_door
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
+from impact_planner.hit.placement import configured_settings
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import configured_placement, make_settings
 from walking.footsteps.footstep import Pose
 from walking.pattern.walk_plan import WalkPlan
 
@@ -136,7 +136,7 @@ def _stands(case: Row) -> Row:
 @lru_cache(maxsize=1)
 def _hit(robot: RobotModel) -> ImpactPlan:
     return plan_impact(PlanRequest(math.radians(HELD)), KnownDoor.configured(load_door("paper")),
-                       robot, make_settings(configured_placement()))
+                       robot, configured_settings(robot))
 
 
 def summary(rows: list[Row]) -> Row:

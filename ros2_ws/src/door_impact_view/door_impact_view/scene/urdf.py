@@ -21,7 +21,7 @@ from door_impact_view.errors import UrdfError
 
 TURNING = ("revolute", "continuous")  # kinds of joints with an angle
 SLIDING = ("prismatic",)
-_NAME = re.compile(r"package://([A-Za-z][\w-]*)/([^/\0][^\0]*)")
+_NAME = re.compile(r"package:///?([A-Za-z][\w-]*)/([^/\0][^\0]*)")
 
 
 @dataclass(frozen=True)
@@ -125,16 +125,18 @@ def _scene_of(robot: yourdfpy.Robot) -> UrdfScene:
     """
     missing: list[str] = []
 
-    def mesh_file(fname: str) -> str:
-        path = mesh_path(fname)
-        if path is None:
-            missing.append(fname)
-        return str(path or "")
+    def is_there(visual: Any) -> bool:
+        mesh = visual.geometry.mesh
+        if mesh is not None and mesh_path(mesh.filename) is None:
+            missing.append(mesh.filename)
+            return False
+        return True
 
     for link in robot.links:
+        link.visuals = [*filter(is_there, link.visuals)]  # yourdfpy would print each that is not
         for number, visual in enumerate(link.visuals):
             visual.name = f"shape {number} of {link.name}"  # viser needs names that no link has
-    urdf = yourdfpy.URDF(robot, filename_handler=mesh_file)
+    urdf = yourdfpy.URDF(robot, filename_handler=lambda fname: str(mesh_path(fname)))
     if urdf.base_link is None:
         raise UrdfError("it has no link that is no joint's child")
     joints = tuple(_joint(joint) for joint in robot.joints)

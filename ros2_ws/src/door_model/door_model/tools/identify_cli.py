@@ -67,7 +67,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="YAML",
         help="door whose linkage is used, and whose leaf is used without --mass and --width; its "
         "closer's parameters are ignored. Without --door the linkage is that of the paper's door: "
-        "measure your own (docs/hardware.md)",
+        "measure your own (docs/door.md)",
     )
     parser.add_argument(
         "--counts-per-turn",

@@ -139,7 +139,7 @@ class Actuation:
         state: Positions [rad] and velocities [rad/s] of the joints after the last step, (2, J).
 
     Raises:
-        RobotConfigError: The robot's configuration has no drives, or no pads where they are asked.
+        RobotConfigError: The robot's configuration has no drives.
     """
 
     def __init__(
@@ -149,8 +149,8 @@ class Actuation:
             rotor=settings.rotor_scale, gear=settings.gear_scale, servo=settings.servo_scale)
         self.drives = JointDrives(robot, scaled, posture)
         self.pads = None
-        if settings.brace == "contact":
-            self.pads = BracePads(robot, needed(robot.brace, "brace"), settings.pad_scale)
+        if settings.brace == "contact" and robot.brace is not None:
+            self.pads = BracePads(robot, robot.brace, settings.pad_scale)
         self._engine = engine
         self._effort = np.array(robot.effort_limit)
         self._locks = [robot.index(name) for name in robot.braced_joints]

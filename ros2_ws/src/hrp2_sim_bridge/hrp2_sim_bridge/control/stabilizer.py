@@ -37,6 +37,7 @@ from hrp2_sim_bridge.physics.frames import cross
 from hrp2_sim_bridge.settings import TICK
 
 _BEARS = 0.05  # normal force above which a sole is on the floor, as a share of the weight
+# Lengths are as of HRP-2's sole.
 _FOREIGN = 0.05  # a reference's ZMP farther outside the soles is not caused by the floor [m]
 _EXACT = 1e-6  # distance below which the soles can bear the wanted ZMP [m]
 
@@ -87,7 +88,9 @@ class Stabilizer:
         self._stiffness = stiffness
         # Stiffness of a rigid sole on four springs at its corners against rotation about x and y.
         self._turn_stiffness = stiffness * half[::-1] ** 2
-        self._reach = half - _EDGE
+        scale = robot.sole_scale
+        self._reach, self._inset = half - _EDGE * scale, _INSET * scale
+        self._foreign = _FOREIGN * scale
         self._touchdown = Touchdown(_BEARS * self._weight)
         self._middles = self._model.middles.tolist()
         # Number of ticks by which the stabilizer looks ahead in the reference: a command is reached
@@ -95,7 +98,7 @@ class Stabilizer:
         early = rubber.damping / stiffness
         self._lead = max(1, 1 + round((_SMOOTHING - early) / TICK))
         angle = _LARGEST_ANGLE
-        self._bound = np.array([_LARGEST_LIFT, angle, angle])
+        self._bound = np.array([_LARGEST_LIFT * scale, angle, angle])
         self.reset()
 
     def reset(self) -> None:
@@ -175,7 +178,7 @@ class Stabilizer:
         gain = self._weight * height + inertia * _FREQUENCY**2
         rate_gain = 2.0 * _DAMPING * _FREQUENCY * inertia
         # A ZMP that the soles cannot bear has another cause: in the hit the door brakes the body.
-        zmp = stance.zmp if planned.beyond < _FOREIGN else stance.com[:2]
+        zmp = stance.zmp if planned.beyond < self._foreign else stance.com[:2]
         against = self._carry_hands(hands, stance, zmp, gain)
         moment = against - gain * (tilt + self._tilt_sum) - rate_gain * self._rate
         # The error of the DCM is that of the CoM and of its speed over the pendulum's frequency.
@@ -213,7 +216,7 @@ class Stabilizer:
     ) -> FootLoads:
         return share_load(
             zmp, stance.normal_force, stance.centers, stance.turns[:, :2, :2], standing,
-            self._reach, _INSET)
+            self._reach, self._inset)
 
     def _foot_commands(self, stance: ReferenceStance, wanted: FootLoads, tilt: Array) -> Array:
         """Compute heights [m], rolls and pitches [rad] of the feet that load the rubber as wanted.
@@ -257,7 +260,7 @@ class Stabilizer:
         A gear of stiffness k winds up by torque / k. A servo with the gains P and D on position
         and speed yields by an angle e with P e + D e' = torque.
         """
-        if planned.beyond > _FOREIGN:
+        if planned.beyond > self._foreign:
             return  # the floor does not cause this motion, so the joints bear other torques
         wrenches = np.empty((2, 6, 1))
         shares, forces = wanted.force / stance.normal_force, stance.sole_force.tolist()

@@ -76,7 +76,7 @@ class ReferenceStanceModel:
         robot: Configuration of the robot.
 
     Attributes:
-        leg_joints: Indices of the left and the right leg's joints in HRP-2's order, (2, 6).
+        leg_joints: Indices of the left and the right leg's joints in the robot's order, (2, 6).
         middles: x and y of the soles' middles in the soles' frames, (2, 2) [m].
         half_size: Half the size of a sole along x and y, (2,) [m].
     """

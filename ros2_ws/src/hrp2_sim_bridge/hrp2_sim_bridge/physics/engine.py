@@ -16,8 +16,8 @@ from hrp2_description.robot import SIDES, RobotConfig, SoleRubber, needed
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.settings import FARTHEST, WorldSettings
 
-# Forces [N] and torques [N m] on the bodies beyond force sensors, in their frames, (B, 6): left and
-# right sole; left and right hand, if the wrists have sensors.
+# Forces [N] and torques [N m] on what is beyond force sensors, in frames of `sensed_links`, (B, 6):
+# left and right sole; left and right hand, if the wrists have sensors.
 Reactions = Sequence[Sequence[float]]
 
 
@@ -92,6 +92,17 @@ def sensed_links(robot: RobotConfig) -> list[str]:
     return [*(robot.feet[side].sole for side in SIDES), *hands]
 
 
+def sensor_joints(robot: RobotConfig) -> list[str]:
+    """Return the fixed joints in which the force sensors of `sensed_links` are.
+
+    Raises:
+        RobotConfigError: The robot's configuration has none in the feet.
+    """
+    wrists = robot.wrist_sensors
+    return [*(needed(robot.feet[side].sensor_joint, "sensor_joint") for side in SIDES),
+            *([] if wrists is None else [wrists[side].joint for side in SIDES])]
+
+
 class DoorState(NamedTuple):
     """Angle [rad] and angular velocity [rad/s] of the leaf, positive when it opens."""
 
@@ -137,8 +148,6 @@ class Engine(Protocol):
 
     name: str  # one of `settings.ENGINES`
     link_names: tuple[str, ...]
-    sensed_mass: Array  # masses (B,) of `sensed_links` [kg]
-    sensed_inertia: Array  # principal moments of these links about their axes, (B, 3) [kg m^2]
     stepping_time: float  # wall time that the engine itself needed for its steps [s]
 
     def reset(self, scene: Scene) -> None:

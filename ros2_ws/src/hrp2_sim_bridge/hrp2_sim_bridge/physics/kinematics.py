@@ -10,9 +10,10 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from hrp2_description.robot import RobotConfig
-from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
+from humanoid_motion.pinocchio_model import free_floating_model, inertia_beyond, joint_columns
 from scipy.spatial.transform import Rotation
 
+from hrp2_sim_bridge.physics.engine import sensed_links, sensor_joints
 from hrp2_sim_bridge.physics.frames import cross, into_frame, rotation
 
 
@@ -42,6 +43,35 @@ class LinkStates:
         """Return the states at an index of the leading axes."""
         return LinkStates(
             self.position[index], self.turn[index], self.linear[index], self.angular[index])
+
+
+class SensedBodies:
+    """What the force sensors bear: all that is fixed beyond them, in frames of `sensed_links`.
+
+    Args:
+        robot: Configuration of the robot.
+
+    Attributes:
+        mass: Masses, (B,) [kg].
+        center: Centers of mass, (B, 3) [m].
+        inertia: Moments of inertia about the frames' origins, (B, 3, 3) [kg m^2].
+        carriers: Names of the links just beyond the sensors.
+        places: Poses of the frames in the carriers, of type ``pinocchio.SE3``.
+    """
+
+    def __init__(self, robot: RobotConfig) -> None:
+        model, joints = free_floating_model(robot), sensor_joints(robot)
+        frames = [model.frames[model.getFrameId(link)].placement for link in sensed_links(robot)]
+        bodies = [frame.actInv(inertia_beyond(model, joint))
+                  for frame, joint in zip(frames, joints, strict=True)]
+        self.mass = np.array([body.mass for body in bodies])
+        self.center = np.array([body.lever for body in bodies])
+        self.inertia = np.array([body.matrix()[3:, 3:] for body in bodies])
+        children = [next(frame for frame in model.frames if frame.type == pin.FrameType.BODY
+                         and frame.parentFrame == model.getFrameId(joint)) for joint in joints]
+        self.carriers = [child.name for child in children]
+        self.places = [child.placement.actInv(frame)
+                       for child, frame in zip(children, frames, strict=True)]
 
 
 class Kinematics:

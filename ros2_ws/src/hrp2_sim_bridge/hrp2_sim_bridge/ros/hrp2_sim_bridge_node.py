@@ -1,4 +1,4 @@
-"""Node ``hrp2_sim_bridge``: the simulated HRP-2 with the topics of its driver."""
+"""Node ``hrp2_sim_bridge``: the simulated robot with the topics of its driver."""
 
 from __future__ import annotations
 

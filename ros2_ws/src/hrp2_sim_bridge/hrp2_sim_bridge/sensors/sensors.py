@@ -12,7 +12,7 @@ from hrp2_description.robot import SIDES, RobotConfig
 from humanoid_motion.driver_interface import TickSample
 
 from hrp2_sim_bridge.physics.frames import cross, into_frame
-from hrp2_sim_bridge.physics.kinematics import LinkStates
+from hrp2_sim_bridge.physics.kinematics import LinkStates, SensedBodies
 from hrp2_sim_bridge.sensors.imu import Imu, exact_sample
 from hrp2_sim_bridge.settings import SAMPLES_PER_TICK, TICK, SensorSettings
 
@@ -22,21 +22,20 @@ _STREAM, _WRIST_STREAM = 1, 2
 
 
 def outer_wrenches(
-    reactions: Array, before: LinkStates, after: LinkStates, duration: float, mass: Array,
-    inertia: Array,
+    reactions: Array, before: LinkStates, after: LinkStates, duration: float, bodies: SensedBodies,
 ) -> Array:
     """Compute force and torque of the surroundings on bodies beyond force sensors, in their frames.
 
     The sensor sits above the body, a sole or a hand, so its reading R, R_n does not contain the
-    body's own weight and inertia: f = m (a - g) - R and n = I alpha + omega x I omega - R_n.
+    body's own weight and inertia: f = m (a_c - g) - R and, about the frame's origin, with its
+    acceleration a and the center c, n = I alpha + omega x I omega + m c x (a - g) - R_n.
 
     Args:
         reactions: Mean force [N] and torque [N m] of the robot on each body, (..., B, 6).
         before: States of the bodies before the duration, (..., B).
         after: States of the bodies after it, (..., B).
         duration: Duration [s].
-        mass: Masses of the bodies, (B,) [kg].
-        inertia: Principal moments of the bodies about their axes, (B, 3) [kg m^2].
+        bodies: The first B bodies.
 
     Returns:
         Force [N] and torque about the origin of the body's frame [N m], (..., B, 6). That on a sole
@@ -46,8 +45,13 @@ def outer_wrenches(
     acceleration[..., 2] += GRAVITY
     alpha = into_frame(after.turn, (after.angular - before.angular) / duration)
     omega = into_frame(after.turn, after.angular)
-    force = mass[:, None] * into_frame(after.turn, acceleration)
-    torque = inertia * alpha + cross(omega, inertia * omega)
+    count = reactions.shape[-2]
+    mass, inertia = bodies.mass[:count, None], bodies.inertia[:count]
+    center = np.broadcast_to(bodies.center[:count], alpha.shape)
+    lifted = into_frame(after.turn, acceleration)
+    force = mass * (lifted + cross(alpha, center) + cross(omega, cross(omega, center)))
+    torque = (inertia @ alpha[..., None])[..., 0] + mass * cross(center, lifted)
+    torque += cross(omega, (inertia @ omega[..., None])[..., 0])
     return np.concatenate([force, torque], axis=-1) - reactions
 
 

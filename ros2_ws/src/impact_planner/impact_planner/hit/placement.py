@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.errors import InputError
+from door_impact_common.yaml_files import read_yaml
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.robot_model import RobotModel
@@ -21,7 +24,7 @@ from impact_planner.hit.stance import (
     stance_for_step,
 )
 from impact_planner.task.request import Task
-from impact_planner.task.settings import PlannerSettings
+from impact_planner.task.settings import PlannerSettings, make_settings
 
 _PASSES = 30  # limit of iterations for a door that is ajar; each one reduces the error
 _CONVERGED = 1e-6  # change of elbow and hinge that ends the iterations [m]
@@ -102,3 +105,40 @@ def stand(
             f"hits it at {height:.3f} m",
             quantity="upper edge of the leaf [m]", value=top, limit=height + radius)
     return placement, stance, contact
+
+
+def configured_placement(robot: RobotModel) -> Placement:
+    """Return where the door stands before a robot, if nobody says more.
+
+    For the robot that the installed bringup's parameter file was surveyed for, hrp2_description's,
+    it is the place in that file, which every node of the graph reads; for others, where a nominal
+    step ends.
+    """
+    surveyed = _surveyed() if robot.config.file is None else {}
+    settings = make_settings({}, robot)
+    return replace(_place_for_step(robot, settings, robot.config.step.nominal, 0.0), **surveyed)
+
+
+def configured_settings(robot: RobotModel) -> PlannerSettings:
+    """Return the robot's default settings with the door at its `configured_placement`."""
+    return make_settings(vars(configured_placement(robot)), robot)
+
+
+def _surveyed() -> dict[str, float]:
+    try:
+        from ament_index_python.packages import (
+            PackageNotFoundError,
+            get_package_share_directory,
+        )
+    except ImportError:
+        return {}
+    try:
+        path = Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml"
+        common = read_yaml(path)["/**"]["ros__parameters"]
+    except (PackageNotFoundError, InputError, KeyError, TypeError):
+        return {}
+    return {
+        name: float(common[name])
+        for name in ("door_distance", "hinge_x")
+        if isinstance(common.get(name), int | float)
+    }

@@ -30,7 +30,8 @@ from impact_planner.hit.posture import (
 # step has slower knees.
 STEP_SHARES = (1.0, 0.9, 0.8, 0.7)
 SPARE_DISTANCE = 0.005  # travel during the contact, past the farthest planned contact [m]
-# Smallest distance of the CoM inside the left sole while the right foot is in the air [m].
+# Smallest distance of the CoM inside the left sole while the right foot is in the air, as of
+# HRP-2's sole [m].
 SINGLE_SUPPORT_MARGIN = 0.03
 DOOR_DISTANCE = "door_distance [m]"  # quantity of an error
 _ELBOW_TOLERANCE = 1e-7  # largest error of the elbow's place [m]
@@ -118,7 +119,7 @@ def stance_for_step(
     feet = {"left": left, "right": right}
     com = np.array([com_x(robot), right[1] + robot.feet["right"].rectangle[3] - inside_edge])
     left_inner = float(robot.feet["left"].corners(left)[:, 1].min())
-    over_left = np.array([com[0], left_inner + SINGLE_SUPPORT_MARGIN])
+    over_left = np.array([com[0], left_inner + SINGLE_SUPPORT_MARGIN * robot.config.sole_scale])
     return HitStance(
         start, feet, step, percussion_posture(robot, com, feet, demands, [over_left]))
 

@@ -33,7 +33,7 @@ _OFF_PAD = 0.005  # distance from the pad at which that begins [m]
 _NEARNESS = 1e-5  # weight of the joints' distances from the braced posture [m/rad]
 _NODES = 0.05  # time between solved postures, which a spline connects [s]
 _FEWEST_SAMPLES = 8
-_CANDIDATE_STEP = 0.0025  # step between candidate places of the CoM during the step [m]
+_CANDIDATE_STEP = 0.0025  # between candidate places of the CoM, as of HRP-2's sole [m]
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,9 @@ def _over_left_foot(robot: RobotModel, stance: HitStance) -> float:
     """
     edges = robot.feet["left"].corners(stance.feet_start["left"])[:, 1]
     middle, inner = float(edges.mean()), float(edges.min())
-    candidates = np.arange(middle, inner + SINGLE_SUPPORT_MARGIN - 1e-9, -_CANDIDATE_STEP)
+    scale = robot.config.sole_scale
+    candidates = np.arange(
+        middle, inner + SINGLE_SUPPORT_MARGIN * scale - 1e-9, -_CANDIDATE_STEP * scale)
     height = stance.posture.waist_height
     joints, _ = braced_over(robot, candidates, height, stance.feet, strict=False)
     within = np.all(within_ranges(robot, joints, RESERVE), axis=1)

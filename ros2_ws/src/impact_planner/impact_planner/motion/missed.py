@@ -9,14 +9,19 @@ from __future__ import annotations
 import math
 
 from door_impact_common.constants import GRAVITY
+from hrp2_description.robot import RobotConfig
 from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.hit.posture import HitPosture
 from impact_planner.hit.stance import HitStance
 from impact_planner.motion.run_up import RunUpPlan
 
-STANDS = 0.03
-"""Reserve with which the robot stood after each simulated miss; with less it may fall [m]."""
+_STANDS = 0.03  # reserve with which HRP-2 stood after each simulated miss [m]
+
+
+def needed_reserve(robot: RobotConfig) -> float:
+    """Return the `missed_margin` below which a robot that misses the door may fall [m]."""
+    return _STANDS * robot.sole_scale
 
 
 def way_to_stop(speed: float, height: float) -> float:

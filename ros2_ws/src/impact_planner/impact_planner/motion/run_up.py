@@ -13,7 +13,7 @@ import numpy as np
 from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import Dynamics, inverse_dynamics
-from humanoid_motion.errors import JointLimit
+from humanoid_motion.errors import JointLimit, PostureUnreachable
 from humanoid_motion.motion import Motion
 from humanoid_motion.zmp import margins
 from scipy.optimize import brentq, minimize_scalar
@@ -30,11 +30,12 @@ from impact_planner.task.request import Task
 Law = CamRunUp | SmoothRunUp
 
 _SLOWEST = 0.05  # smallest speed of B that is planned for [m/s]
-_SHORTEST = 0.05  # smallest distance of a run-up [m]
+_SHORTEST = 0.05  # smallest distance of a run-up, as of HRP-2's sole [m]
 # Largest tabulated distance past the hit, for a late contact and for the motion after the hit [m].
 _REACH = 0.1
 _SEARCH_SAMPLES = 100  # number of samples of the ZMP of a candidate run-up
-# Distance that the overrun leaves for this stop, unless `door_uncertainty` needs it [m].
+# Distance that the overrun leaves for this stop, unless `door_uncertainty` needs it, as of HRP-2's
+# sole [m].
 _STOP_DISTANCE = 0.02
 _OVERRUN_SAMPLES = 33  # number of places at which the overrun's joint speeds are checked
 _NEARER = 1e-6  # margin that a start may cost for being nearer to the left foot [m/m]
@@ -85,7 +86,7 @@ def plan_run_up(task: Task, stance: HitStance, v_rb: float) -> RunUpPlan:
         PostureUnreachable: The legs reach no start of a run-up.
         JointLimit: The legs are too short or too slow for `door_uncertainty` past the contact.
     """
-    _require_room_and_speed(task.settings.y_start, v_rb, float(stance.posture.com[1]))
+    _require_room_and_speed(task, v_rb, float(stance.posture.com[1]))
     return time_run_up(task, stance, PostureTable(task.robot, stance, _REACH), v_rb)
 
 
@@ -112,7 +113,8 @@ def usable_overrun(task: Task, table: PostureTable, speed: float) -> float:
     """
     robot, share, steady = task.robot, task.settings.limit_share, task.settings.door_uncertainty
     reach = table.y_hit - table.low
-    longest = min(task.settings.overrun, reach, max(steady, reach - _STOP_DISTANCE))
+    stop = _STOP_DISTANCE * robot.config.sole_scale
+    longest = min(task.settings.overrun, reach, max(steady, reach - stop))
     distance = np.linspace(0.0, longest, _OVERRUN_SAMPLES)
     ratio = speed * np.abs(table.joint_slopes(table.y_hit - distance)) / robot.speed_limit
     over = np.flatnonzero((ratio > share).any(axis=1))
@@ -137,9 +139,9 @@ def usable_overrun(task: Task, table: PostureTable, speed: float) -> float:
         joint=name, phase="cam", quantity="speed [rad/s]", value=value, limit=limit)
 
 
-def _require_room_and_speed(y_start: float | None, v_rb: float, y_hit: float) -> None:
+def _require_room_and_speed(task: Task, v_rb: float, y_hit: float) -> None:
     """Check that the start leaves enough distance, and that the hit is fast enough to plan."""
-    nearest = y_hit + _SHORTEST
+    nearest, y_start = y_hit + _shortest(task), task.settings.y_start
     if y_start is not None and y_start < nearest:
         raise InvalidRequest(
             f"y_start is {y_start:.3f} m, but the hit at y = {y_hit:.3f} m needs a start at "
@@ -150,6 +152,10 @@ def _require_room_and_speed(y_start: float | None, v_rb: float, y_hit: float) ->
             f"a hit at v_rB = {v_rb:.2g} m/s is too slow to plan, the least is {_SLOWEST} m/s; "
             "request a larger angle",
             quantity="v_rb [m/s]", value=v_rb, limit=_SLOWEST, phase="cam")
+
+
+def _shortest(task: Task) -> float:
+    return _SHORTEST * task.robot.config.sole_scale
 
 
 @dataclass(frozen=True)
@@ -197,11 +203,17 @@ def _mcv50(task: Task, table: PostureTable, speed: float) -> _Candidate:
 
     if task.settings.y_start is not None:
         return candidate(_highest(task, table))
+    nearest = table.y_hit + _shortest(task)
+    if table.high <= nearest:
+        raise PostureUnreachable(
+            f"the run-up must start at y = {nearest:.3f} m or more, but the legs and run_up_start "
+            f"allow {table.high:.3f} m at most",
+            quantity="y_start [m]", value=table.high, limit=nearest, phase="cam")
     # Where the end of the run-up decides the margin, many starts have the same margin but for
     # rounding. The slight slope prefers the start that is nearest to the left foot.
     result = minimize_scalar(
         lambda y0: -candidate(y0).margin - _NEARER * y0,
-        bounds=(table.y_hit + _SHORTEST, table.high),
+        bounds=(nearest, table.high),
         method="bounded",
         options={"xatol": 5e-4},
     )

@@ -73,11 +73,12 @@ class HitLearner:
         Returns:
             Whether the file could be written, and a sentence that names the doors.
         """
-        doors = ", ".join(sorted(self._memory.known)) or "no door"
+        doors = ", ".join(sorted(self._memory.known))
+        done = f"the hits on {doors} were forgotten" if doors else "no hit has taught anything yet"
         self._memory.forget()
         stored = self._store()
         rest = "" if stored else f", but {self._file} still has them"
-        return stored, f"the hits on {doors} were forgotten{rest}"
+        return stored, done + rest
 
     def _learned(self, report: HitReport) -> tuple[ImpactPlan, Lesson]:
         """The plan of a hit, and what the hit has changed.

@@ -34,13 +34,11 @@ from impact_planner.ros.messages import (
     request_from_message,
 )
 from impact_planner.task.known_door import KnownDoor
-from impact_planner.task.settings import PARAMETERS as SETTINGS
-from impact_planner.task.settings import PlannerSettings, make_settings
+from impact_planner.task.settings import PlannerSettings, make_settings, parameters_of
 
 NAME = "impact_planner"
 WAITING = 100  # number of requests that wait while one is planned; ROS 2's default is 10
 PARAMETERS: dict[str, tuple[Any, str]] = {
-    **SETTINGS,
     "door": ("", "name or YAML file of a door, to plan without identification"),
     "frame_of": ("", "name or YAML file of the identified door, for its frame and wall, and the "
                  "side of its hinge; empty: they are not known, and it is at the right"),
@@ -58,12 +56,13 @@ class ImpactPlanner(GuardedNode):
         """Read the parameters, load the robot and connect to topics and services."""
         super().__init__(NAME)
         self._given = Parameters(self, PARAMETERS, read_only=False)
-        self._settings: PlannerSettings = make_settings(self._values())
+        self._robot = RobotModel(load_robot_config(self._given.text("robot_config") or None))
+        self._own = parameters_of(self._robot)  # their defaults depend on the robot
+        Parameters(self, self._own, read_only=False)
+        self._settings: PlannerSettings = make_settings(self._values(), self._robot)
         self._configured = self._configured_door(self._given.text("door"))
         name = self._given.text("frame_of")
         self._geometry = load_geometry(name) if name else None
-        self._robot = RobotModel(
-            load_robot_config(self._given.text("robot_config") or None))
         name = self._given.text("experience_file")
         self._learner = HitLearner(
             Path(name).expanduser() if name else None, self.get_logger())
@@ -79,13 +78,13 @@ class ImpactPlanner(GuardedNode):
         self.create_service(Trigger, "forget_hits", self._on_forget)
 
     def _values(self) -> dict[str, Any]:
-        return {name: self._given.value(name) for name in SETTINGS}
+        return {name: self._given.value(name) for name in self._own}
 
     def _on_parameters(self, parameters: list[Any]) -> SetParametersResult:
         changed = {parameter.name: parameter.value for parameter in parameters}
         try:
-            own = {name: value for name, value in changed.items() if name in SETTINGS}
-            settings = make_settings({**self._values(), **own})
+            own = {name: value for name, value in changed.items() if name in self._own}
+            settings = make_settings({**self._values(), **own}, self._robot)
             if "door" in changed:
                 self._configured = self._configured_door(str(changed["door"]))
         except DoorImpactError as error:

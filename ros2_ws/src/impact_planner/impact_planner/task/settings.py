@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import field
-from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
 from door_impact_common.documents import STRICT, Positive, checked, descriptions, number
-from door_impact_common.errors import InputError, SettingError
-from door_impact_common.yaml_files import read_yaml
+from door_impact_common.errors import SettingError
+from humanoid_motion.robot_model import RobotModel
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic.dataclasses import dataclass
 
@@ -20,7 +19,6 @@ from impact_planner.task.experience import MASS_FACTORS, Limits
 RunUp = Literal["mcv50", "zmp_limited"]
 Ending = Literal["hold", "retreat", "pass"]
 RUN_UPS, ENDINGS = get_args(RunUp), get_args(Ending)
-LEAST_INSIDE_EDGE = -0.06  # least distance of the CoM inside the right sole's inner edge [m]
 
 
 def _if_not_negative(value: Any) -> Any:
@@ -58,6 +56,7 @@ class PlannerSettings:
     """Configuration of the planner.
 
     A field with a description is a parameter of the node; the description says what it means.
+    Defaults are HRP-2's (`parameters_of` has those of another robot).
 
     Attributes:
         nominal_l_b: Distance of B from the hinge where nothing else decides it, the paper's [m].
@@ -79,7 +78,7 @@ class PlannerSettings:
     run_up: RunUp = Field(default="mcv50", description="time law of the run-up")
     ending: Ending = Field(default="hold", description="phase after the door's largest angle")
     com_inside_edge: float = number(
-        -0.03, LEAST_INSIDE_EDGE, 0.10, "distance of the CoM inside the right sole's inner edge at "
+        -0.03, -0.15, 0.15, "distance of the CoM inside the right sole's inner edge at "
         "the hit [m]; negative between the soles; further out where a door stands farther away, "
         "further in where missed_reserve needs it")
     missed_reserve: float = number(
@@ -151,49 +150,38 @@ class PlannerSettings:
              max(self.largest_restitution, self.restitution)))
 
 
-# Default (NaN for None) and description of each parameter by name.
-PARAMETERS: dict[str, tuple[Any, str]] = descriptions(PlannerSettings)
+# Parameters whose defaults are HRP-2's times the scale of the soles, of the mass, or of the height:
+# the way to rest after a hit is a speed over the pendulum's frequency.
+_OF_SOLE = ("missed_reserve", "door_uncertainty", "overrun", "required_margin")
+_OF_MASS, _OF_HEIGHT = ("hand_force_limit",), ("com_inside_edge",)
 
 
-def make_settings(values: Mapping[str, Any]) -> PlannerSettings:
-    """Make settings from parameters; a missing parameter has its default.
+def parameters_of(robot: RobotModel) -> dict[str, tuple[Any, str]]:
+    """Return default (NaN for None) and description of each parameter by name.
+
+    Lengths and forces of the balance are by default as large for the robot as those of
+    `PlannerSettings` are for HRP-2.
+    """
+    scales = {**dict.fromkeys(_OF_SOLE, robot.config.sole_scale),
+              **dict.fromkeys(_OF_MASS, robot.config.mass_scale),
+              **dict.fromkeys(_OF_HEIGHT, robot.height_scale)}
+    return {name: (default if name not in scales else default * scales[name], text)
+            for name, (default, text) in descriptions(PlannerSettings).items()}
+
+
+def make_settings(values: Mapping[str, Any], robot: RobotModel) -> PlannerSettings:
+    """Make settings from parameters; a missing parameter has the robot's default.
 
     Args:
-        values: Values by the names in `PARAMETERS`.
+        values: Values by the names in `parameters_of`.
+        robot: The robot.
 
     Raises:
         InvalidRequest: A value has the wrong type or is outside its range, or a name is unknown.
     """
     try:
-        return checked(PlannerSettings, dict(values))
+        defaults = {name: default for name, (default, _) in parameters_of(robot).items()}
+        return checked(PlannerSettings, defaults | dict(values))
     except SettingError as error:
         raise InvalidRequest(
             str(error), quantity=error.setting, value=error.value, limit=error.limit) from error
-
-
-def configured_placement() -> dict[str, float]:
-    """Read door_distance and hinge_x from the installed bringup's parameter file.
-
-    Every node of the graph reads both from that file, so a plan made on the command line uses the
-    same place of the door as the demo.
-
-    Returns:
-        The values by name [m]; empty where the file is not installed or has no such values.
-    """
-    try:
-        from ament_index_python.packages import (
-            PackageNotFoundError,
-            get_package_share_directory,
-        )
-    except ImportError:
-        return {}
-    try:
-        path = Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml"
-        common = read_yaml(path)["/**"]["ros__parameters"]
-    except (PackageNotFoundError, InputError, KeyError, TypeError):
-        return {}
-    return {
-        name: float(common[name])
-        for name in ("door_distance", "hinge_x")
-        if isinstance(common.get(name), int | float)
-    }

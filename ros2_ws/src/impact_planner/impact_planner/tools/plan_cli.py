@@ -15,11 +15,12 @@ from door_model.door.config import door_names, load_door
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 
+from impact_planner.hit.placement import configured_placement
 from impact_planner.impact_plan import ImpactPlan
 from impact_planner.plan import plan_impact
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest
-from impact_planner.task.settings import ENDINGS, RUN_UPS, configured_placement, make_settings
+from impact_planner.task.settings import ENDINGS, RUN_UPS, make_settings
 from impact_planner.tools.plan_text import finite, plan_object, plan_text
 
 _EXAMPLE = """\
@@ -82,9 +83,9 @@ def _plan(options: argparse.Namespace, robot: RobotModel) -> ImpactPlan:
     """Plan what the options describe, with the settings of the installed parameter file."""
     # The configured place of the door was surveyed for HRP-2's stance.
     own = options.robot or options.anywhere
-    place = {} if own else configured_placement()
+    place = {} if own else vars(configured_placement(robot))
     settings = make_settings(
-        place if options.hinge_x is None else place | {"hinge_x": options.hinge_x})
+        place if options.hinge_x is None else place | {"hinge_x": options.hinge_x}, robot)
     config = load_door(options.door)
     request = PlanRequest(
         desired_opening_angle=math.radians(options.angle_deg),

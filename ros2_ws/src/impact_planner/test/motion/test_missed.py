@@ -17,7 +17,7 @@ def planned(robot, degrees, door="paper", run_up="mcv50", **settings):
     """A plan for a door that stands where the planner likes."""
     return plan_impact(
         PlanRequest(math.radians(degrees), run_up=run_up),
-        KnownDoor.configured(load_door(door)), robot, make_settings(settings))
+        KnownDoor.configured(load_door(door)), robot, make_settings(settings, robot))
 
 
 def test_the_capture_point_is_where_an_inverted_pendulum_comes_to_rest():

@@ -6,34 +6,40 @@ import math
 import numpy as np
 import pytest
 from door_model.door.config import load_door
+from hrp2_description.robot import load_robot_config
+from humanoid_motion.robot_model import RobotModel
 from impact_planner.errors import InvalidRequest
+from impact_planner.hit import placement
 from impact_planner.task.experience import Limits
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest, resolve
-from impact_planner.task.settings import PARAMETERS, make_settings
+from impact_planner.task.settings import make_settings, parameters_of
 from impact_planner.tools import plan_cli
+
+ROBOT = RobotModel(load_robot_config())
 
 
 @pytest.fixture(autouse=True)
 def nominal_placement(monkeypatch):
     """Use the door's nominal place, whatever parameter file is installed."""
-    monkeypatch.setattr(plan_cli, "configured_placement", dict)
+    monkeypatch.setattr(placement, "_surveyed", dict)
 
 
 def test_own_choice_is_said_by_a_negative_length_or_nan():
     """A negative length or NaN leaves the choice to the planner; integers are accepted."""
-    chosen = make_settings({"door_distance": 1, "hinge_x": -1, "effective_mass": 50})
+    chosen = make_settings({"door_distance": 1, "hinge_x": -1, "effective_mass": 50}, ROBOT)
     assert (chosen.door_distance, chosen.hinge_x, chosen.effective_mass) == (1.0, -1.0, 50.0)
-    own = make_settings({"door_distance": -1.0, "hinge_x": math.nan, "effective_mass": -1.0})
+    own = make_settings({"door_distance": -1.0, "hinge_x": math.nan, "effective_mass": -1.0}, ROBOT)
     assert (own.door_distance, own.hinge_x, own.effective_mass) == (None, None, None)
 
 
 @pytest.mark.parametrize(("name", "bad"), [
-    *((name, math.inf) for name in PARAMETERS), ("restitution", True), ("restitution", 1.5),
+    *((name, math.inf) for name in parameters_of(ROBOT)), ("restitution", True),
+    ("restitution", 1.5),
     ("run_up", "sprint"), ("post_duration", 0.0)])
 def test_a_parameter_of_the_wrong_kind_or_out_of_range_is_named(name, bad):
     with pytest.raises(InvalidRequest, match=name):
-        make_settings({name: bad})
+        make_settings({name: bad}, ROBOT)
 
 
 @pytest.mark.parametrize(("angle", "words"), [
@@ -43,18 +49,18 @@ def test_a_parameter_of_the_wrong_kind_or_out_of_range_is_named(name, bad):
 def test_an_angle_in_degrees_is_told_from_one_that_is_too_large(angle, words):
     known = KnownDoor.configured(load_door("paper"))
     with pytest.raises(InvalidRequest) as refused:
-        resolve(PlanRequest(angle), make_settings({}), known)
+        resolve(PlanRequest(angle), make_settings({}, ROBOT), known)
     assert str(refused.value) == f"desired_opening_angle {words}"
 
 
 def test_limits_of_learning_are_parameters():
     """Defaults are 0.3 to 0.7 and 0.7 to 1.25; the configured restitution is always inside."""
-    assert make_settings({}).learning_limits == Limits((0.7, 1.25), (0.3, 0.7))
+    assert make_settings({}, ROBOT).learning_limits == Limits((0.7, 1.25), (0.3, 0.7))
     found = make_settings(
-        {"restitution": 0.1, "largest_restitution": 0.6, "least_mass_factor": 0.4})
+        {"restitution": 0.1, "largest_restitution": 0.6, "least_mass_factor": 0.4}, ROBOT)
     assert found.learning_limits == Limits((0.4, 1.25), (0.1, 0.6))
     with pytest.raises(InvalidRequest, match="least_restitution at most"):
-        make_settings({"least_restitution": 0.6, "largest_restitution": 0.5})
+        make_settings({"least_restitution": 0.6, "largest_restitution": 0.5}, ROBOT)
 
 
 def test_json_has_the_keys_that_scripts_read(tmp_path, capsys):

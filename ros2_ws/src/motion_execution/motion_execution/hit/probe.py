@@ -39,8 +39,8 @@ _STOPS = 0.2  # time from the touch to rest, in which B goes on by some 5 mm [s]
 _SHORTEST = 0.05  # shortest such time, where the path ends [s]
 _RESTS = 0.3  # time at the leaf, in which its encoder shows whether it gives [s]
 # The accelerometer shows a touch at that speed by 2.7 to 3.4 m/s^2 and the slow motion by 0.15, the
-# feet by 44 to 60 N and 8 N at most.
-_DECELERATION, _FELT = 1.0, 25.0
+# feet by 44 to 60 N and 8 N at most: threshold [m/s^2], and share of the hit's [-].
+_DECELERATION, _FELT = 1.0, 25.0 / 80.0
 # Angle by which a leaf has moved, two counts of its encoder [rad]. The touch opens a door with a
 # closer of size 4 by 0.08 deg, the paper's by 0.27 deg.
 _MOVES = 0.0008
@@ -70,8 +70,9 @@ class LeafProbe:
         self._time, self._ways = ways_along(run_up, reach)
         self.path = slow_path(run_up, self._time, self._ways, SPEED)
         self._reach, self._contact_time = reach, plan.contact_time
+        self._felt = _FELT * settings.felt_force
         self._detector = ContactDetector(replace(
-            settings, contact_deceleration=_DECELERATION, felt_force=_FELT), away)
+            settings, contact_deceleration=_DECELERATION, felt_force=self._felt), away)
         self._joints: deque[tuple[float, Array]] = deque(maxlen=_KEPT)
         self._rest: float | None = None  # angle of the leaf before the touch [rad]
         self._most, self._force = -np.inf, 0.0  # largest angle [rad] and force [N]
@@ -85,7 +86,7 @@ class LeafProbe:
     @property
     def felt(self) -> bool:
         """Whether something has resisted, as the feet show."""
-        return self._force >= _FELT
+        return self._force >= self._felt
 
     def shut(self, angle: float) -> bool:
         """Whether the leaf, at an angle [rad], is back where it stood before the touch."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hrp2_description.robot import SIDES
 from impact_planner.errors import GoalRefused, InvalidRequest
-from impact_planner.motion.missed import STANDS
+from impact_planner.motion.missed import needed_reserve
 from robot_driver.names import DOOR
 
 from motion_execution.hit.execution import Execution
@@ -66,7 +66,8 @@ class Hits:
             Stopped: The order was taken back.
         """
         require_speed_scale(speed_scale)
-        probes = probe == "on" or (probe == "auto" and not plan.missed_margin >= STANDS)
+        probes = probe == "on" or (
+            probe == "auto" and not plan.missed_margin >= needed_reserve(self._body.model.config))
         body = self._body
         await body.wait(lambda: body.inputs.complete(TOPICS), PATIENCE, order)
         body.require_messages(TOPICS)

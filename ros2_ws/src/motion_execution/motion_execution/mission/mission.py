@@ -64,11 +64,11 @@ class Mission:
         self, robot: RobotModel, link: Link, survey: Pose, passing: PassageSettings | None = None,
         thresholds: ExecutionSettings | None = None, *, recover: bool = False,
     ) -> None:
-        passing = passing or PassageSettings()
+        passing = passing or PassageSettings.of(robot)
         self._link = link
         self.body = Body(robot, link)
         ways = Ways(robot, link, passing, survey)
-        self._hits = Hits(self.body, link, thresholds or ExecutionSettings())
+        self._hits = Hits(self.body, link, thresholds or ExecutionSettings.of(robot.config))
         place = DoorPlace(robot, link, survey)
         self._walks = Walks(self.body, link, place, recover=recover)
         self._passing = Passing(

@@ -60,7 +60,7 @@ class Walks:
         self, body: Body, link: Link, place: DoorPlace, *, recover: bool = False
     ) -> None:
         self._body, self._link, self._place = body, link, place
-        self._settings = WalkSettings()
+        self._settings = WalkSettings.of(body.model)
         self._walk: Walk | None = None  # that was begun last
         self._owner: Order | None = None  # whose walk it is
         self._newest: Order | None = None  # that was accepted last

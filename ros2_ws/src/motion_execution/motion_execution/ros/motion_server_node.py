@@ -6,7 +6,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable, Coroutine
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 from door_impact_common.errors import DoorImpactError, SettingError
@@ -36,8 +36,9 @@ from motion_execution.settings import ExecutionSettings
 POLL_PERIOD = 0.05  # time between two looks at what no message tells, such as a plan [s]
 STIFFNESSES = (50.0, 2000.0)  # that HandCompliance allows [N/m]
 PARAMETERS = {
-    "felt_force": (ExecutionSettings.felt_force, "force of the floor on both feet towards the door "
-                   "above which a contact is detected; the run-up itself must stay below it [N]"),
+    "felt_force": (math.nan, "force of the floor on both feet towards the door above which a "
+                   "contact is detected; the run-up itself must stay below it; NaN: 80 N for "
+                   "HRP-2, for another robot by its mass [N]"),
     "contact_deceleration": (
         ExecutionSettings.contact_deceleration, "specific force of the trunk away from the door, "
         "above what the run-up needs, from which on two readings of the IMU show a contact "
@@ -67,13 +68,15 @@ class MotionServer(GuardedNode):
             self, self._after,
             lambda stamp, reference: self._mission.body.follows(stamp, reference),
             lambda why: self._mission.body.refused(why))
+        thresholds = ExecutionSettings.of(self._link.model.config)
+        felt = given.number("felt_force", unknown=True)
         self._mission = Mission(
             self._link.model, self._link,
             Pose(given.number("hinge_x", unknown=True),
                  -given.number("door_distance", unknown=True), 0.0),
-            PassageSettings(hand_stiffness=stiffness or math.inf),
-            ExecutionSettings(felt_force=given.number("felt_force"),
-                              contact_deceleration=given.number("contact_deceleration")),
+            PassageSettings.of(self._link.model, hand_stiffness=stiffness or math.inf),
+            replace(thresholds, felt_force=thresholds.felt_force if math.isnan(felt) else felt,
+                    contact_deceleration=given.number("contact_deceleration")),
             recover=given.switch("recover_standing"))
         self._reports = self.create_publisher(HitReport, "hit_report", 10)
         self._orders: dict[bytes, Order] = {}  # of the goals under way, by their identifiers

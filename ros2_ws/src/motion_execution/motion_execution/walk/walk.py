@@ -52,7 +52,7 @@ class Walk(Stepping):
         around: Callable[[], Surroundings | None] = lambda: None,
     ) -> None:
         super().__init__(
-            robot, plan, pattern or WalkSettings(), settings or ExecutionSettings())
+            robot, plan, pattern or WalkSettings.of(robot), settings or ExecutionSettings())
         self._onward, self._around = onward, around
         self._clear_of = math.nan  # angle of the leaf that was last found clear of the way [rad]
         self._restarts = 0

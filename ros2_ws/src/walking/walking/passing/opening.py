@@ -85,11 +85,11 @@ def choose_opening(
         return Opening(HIT, "hit: it was asked for")
     try:
         return _pushed(robot, door, doorway, stance, STRONGEST if wanted else LIGHT,
-                       settings or PassageSettings())
+                       settings or PassageSettings.of(robot))
     except PLANNING_ERRORS as error:
         if wanted:
             raise
-        return Opening(HIT, f"hit: {error}")
+        return Opening(HIT, f"hit: it is chosen over a push, because {error}")
 
 
 def _pushed(

@@ -108,7 +108,8 @@ def plan_passage(
         HumanoidMotionError: A leg does not reach, a joint exceeds a limit, or bodies come too near
             to each other.
     """
-    begin, task, wanted = clock.process_time(), felt(robot, task), settings or PassageSettings()
+    begin, task = clock.process_time(), felt(robot, task)
+    wanted = settings or PassageSettings.of(robot)
     _require_on_leaf(robot, task)
     if before is not None:
         wanted = wanted.beginning_with(before.way)
@@ -232,8 +233,8 @@ class _Attempt:
     ) -> None:
         self._robot, self._task, self._settings = robot, task, settings
         self._route, self._way = route, way
-        self._walk = replace(
-            settings.walk(way.gait, _pressing(task, settings)), limits=step_limits(robot.config))
+        self._walk = replace(settings.walk(robot, way.gait, _pressing(task, settings)),
+                             limits=step_limits(robot.config))
         if task.doorway.threshold is not None:
             self._walk = replace(self._walk, lift=settings.lift_over)
         steps = list(route.footsteps)

@@ -24,7 +24,7 @@ from walking.passing.doorway import Doorway
 from walking.passing.settings import PassageSettings
 from walking.pattern.plan import plan_walk
 from walking.pattern.settings import WalkSettings
-from walking.pattern.state import rest_height, standing
+from walking.pattern.state import standing
 from walking.pattern.walk_plan import WalkPlan
 
 _NAME = "reach"
@@ -68,7 +68,7 @@ def plan_reach(
         HumanoidMotionError: A joint exceeds a limit, a leg does not reach, or bodies come too near
             to each other, to the leaf or to the frame.
     """
-    pattern = WalkSettings(start=_EXTENDS, end=_SEEKS, waist_height=rest_height(robot),
+    pattern = WalkSettings(start=_EXTENDS, end=_SEEKS, waist_height=robot.standing_height,
                            friction=settings.friction)
     state, course = standing(robot, stance), ArmCourse(robot)
     upper, hand, config = state.upper.value, robot.hand_radius, robot.config

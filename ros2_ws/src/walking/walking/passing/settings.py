@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
+
+from humanoid_motion.robot_model import RobotModel
 
 from walking.footsteps.rectangles import Rectangle
 from walking.pattern.settings import WalkSettings
@@ -26,6 +28,10 @@ class Gait(NamedTuple):
     zmp_inward: float
     first_inward: float
     required_margin: float
+
+    def scaled(self, tall: float, wide: float) -> Gait:
+        """Return the gait of a robot that is as tall, and has soles as wide, by HRP-2's."""
+        return Gait(self.waist_height * tall, *(wide * each for each in self[1:]))
 
 
 class Way(NamedTuple):
@@ -133,6 +139,25 @@ class PassageSettings:
         Gait(0.575, 0.05, 0.05, 0.005))
     weak: float = 13.0
 
+    @classmethod
+    def of(cls, robot: RobotModel, **own: Any) -> PassageSettings:
+        """Return a robot's defaults: HRP-2's by height, soles and mass; `own` replaces others."""
+        tall, wide = robot.height_scale, robot.config.sole_scale
+        plain = cls(**own)
+
+        def larger(lengths: Any) -> Any:
+            return tuple(map(larger, lengths)) if isinstance(lengths, tuple) else tall * lengths
+
+        lengths = ("body", "wider", "gap", "lift_over", "reach", "hand_heights", "nearest",
+                   "hand_radius", "clearance")
+        return replace(
+            plain, **{name: larger(getattr(plain, name)) for name in lengths},
+            gaits=tuple(gait.scaled(tall, wide) for gait in plain.gaits),
+            held_gaits=tuple(gait.scaled(tall, wide) for gait in plain.held_gaits),
+            held=tuple((friction, tall * clearance) for friction, clearance in plain.held),
+            stop_margin=wide * plain.stop_margin, foot_gap=wide * plain.foot_gap,
+            chest_swing=plain.chest_swing / tall, weak=robot.config.mass_scale * plain.weak)
+
     @property
     def yields(self) -> bool:
         """Whether the hand yields to the leaf."""
@@ -172,9 +197,10 @@ class PassageSettings:
         return replace(self, leaf_angles=ordered(self.leaf_angles, way.leaf_angle),
                        wider=ordered(self.wider, way.wider), gaits=ordered(self.gaits, way.gait))
 
-    def walk(self, gait: Gait, force: float) -> WalkSettings:
+    def walk(self, robot: RobotModel, gait: Gait, force: float) -> WalkSettings:
         """Return the settings of the walk with a gait, and a force of the held leaf [N]."""
-        return WalkSettings(
+        return replace(
+            WalkSettings.of(robot),
             start=self.start + self.settling * force, waist_height=gait.waist_height,
             chest_swing=self.chest_swing, zmp_inward=gait.zmp_inward,
             first_inward=gait.first_inward, required_margin=gait.required_margin,

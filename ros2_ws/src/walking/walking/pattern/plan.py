@@ -22,7 +22,7 @@ from walking.pattern.checks import check_walk
 from walking.pattern.course import Course
 from walking.pattern.preview import preview_control
 from walking.pattern.settings import WalkSettings
-from walking.pattern.state import WalkState, rest_height, resting_upper, standing
+from walking.pattern.state import WalkState, resting_upper, standing
 from walking.pattern.swing import feet_courses
 from walking.pattern.timing import Schedule, rest_point, schedule, zmp_reference
 from walking.pattern.walk_plan import WalkPlan
@@ -44,7 +44,7 @@ def plan_walk(
     Args:
         state: State in which the walk begins: `standing`, or a state of an earlier plan.
         footsteps: The footsteps; without any, the robot comes to rest on its present stance.
-        settings: Settings; None means the defaults.
+        settings: Settings; None means the robot's defaults.
         upper: Course of the upper body, with times from the beginning of the walk; the legs'
             columns are ignored. None keeps the upper body as it is in `state`, or brings it to
             rest.
@@ -59,7 +59,7 @@ def plan_walk(
         HumanoidMotionError: A leg does not reach, a joint exceeds a limit, or bodies come too near
             to each other.
     """
-    settings = settings or WalkSettings()
+    settings = settings or WalkSettings.of(robot)
     check_footsteps(robot.config, state.stance, footsteps, settings.limits)
     plan = schedule(state.stance, footsteps, settings, at_rest=state.at_rest)
     body = _body_courses(robot, state, footsteps, plan, settings, upper)
@@ -145,7 +145,7 @@ def _waist_course(
     time = plan.time
     found = Course.constant(state.waist_height, len(time))
     start, end = plan.phases[0], plan.phases[-1]
-    moves = [(end, rest_height(robot))]
+    moves = [(end, robot.standing_height)]
     if start.kind == "start":
         moves.insert(0, (start, settings.waist_height))
     now = state.waist_height

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from door_impact_common.documents import STRICT, NotNegative, Number, Positive
 from hrp2_description.robot import StepLimits
+from humanoid_motion.robot_model import RobotModel
 from pydantic.dataclasses import dataclass
 
 
 @dataclass(frozen=True, config=STRICT)
 class WalkSettings:
     """Settings of the walking pattern; `documents.checked` reports wrong ones as SettingError.
+
+    Defaults are HRP-2's; `of` has those of another robot.
 
     Attributes:
         double_support: Time at the beginning of each step in which both feet bear load [s].
@@ -48,3 +51,11 @@ class WalkSettings:
     torque_share: Positive = 0.9
     friction: Positive = 0.4
     limits: StepLimits | None = None
+
+    @classmethod
+    def of(cls, robot: RobotModel) -> WalkSettings:
+        """Return the defaults of a robot: HRP-2's by its height, and by the width of its soles."""
+        return cls(waist_height=cls.waist_height * robot.height_scale,
+                   lift=cls.lift * robot.height_scale,
+                   chest_swing=cls.chest_swing / robot.height_scale,
+                   required_margin=cls.required_margin * robot.config.sole_scale)

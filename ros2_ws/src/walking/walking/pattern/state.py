@@ -59,12 +59,6 @@ class WalkState:
         return self.cart.com + self.correction.com
 
 
-def rest_height(robot: RobotModel) -> float:
-    """Compute the height of base_link above the floor in half-sitting [m]."""
-    q = robot.configuration(np.zeros(3), robot.config.half_sitting)
-    return -float(robot.frame_position(q, robot.feet["right"].frame)[2])
-
-
 def standing(robot: RobotModel, stance: Stance, upper: Array | None = None) -> WalkState:
     """Return the state in which every walk ends: at rest, as high as in half-sitting.
 
@@ -73,7 +67,7 @@ def standing(robot: RobotModel, stance: Stance, upper: Array | None = None) -> W
             half-sitting.
     """
     chosen = np.array(robot.config.half_sitting if upper is None else upper, dtype=float)
-    return _resting(stance, rest_point(robot, stance), rest_height(robot), chosen)
+    return _resting(stance, rest_point(robot, stance), robot.standing_height, chosen)
 
 
 def resting(

@@ -26,13 +26,13 @@ SHORTEST_SWING = 0.24
 _SHORTEST = 0.16  # shortest time to a touchdown that is brought forward [s]
 _LONGEST = 0.4  # longest time by which a touchdown is delayed [s]
 _FASTEST_FOOT = 1.2  # largest speed of the swing foot over the floor [m/s]
-_INSET = 0.01  # distance from the edge of a sole that the ZMP of a plan keeps [m]
-_FARTHER = 0.1  # by how much farther than a planned step a recovery step goes ahead and back [m]
+_INSET = 0.01  # distance of a plan's ZMP from the edge of a sole, as of HRP-2's sole [m]
+_FARTHER = 0.5  # farther way of a recovery step ahead and back, by the largest planned step ahead
 # Least distance of a recovery step to the side: nearly that of the hips, so that the legs do not
-# meet. Beside the other foot the clearance between the soles decides [m].
+# meet. Beside the other foot the clearance between the soles decides; as of HRP-2's sole [m].
 _NARROWEST = 0.1
 # Wanted distance of the capture point from the soles' edge at touchdown, and the error of the
-# capture point now, which grows like the pendulum's until then [m].
+# capture point now, which grows like the pendulum's until then; as of HRP-2's sole [m].
 _RESERVE, _UNSURE = 0.07, 0.004
 _DIRECTIONS = 64  # of the hull's edges
 _PLACES = (12, 10)  # places of the foot that are compared, ahead and to the side
@@ -99,8 +99,9 @@ class Landing:
 def step_limits(robot: RobotConfig) -> StepLimits:
     """Return the limits of a recovery step: longer than planned and, ahead or back, narrower."""
     limits = needed(robot.footsteps, "footsteps")
-    return replace(limits, ahead=limits.ahead + _FARTHER, back=limits.back + _FARTHER,
-                   narrowest=_NARROWEST)
+    farther = _FARTHER * limits.ahead
+    return replace(limits, ahead=limits.ahead + farther, back=limits.back + farther,
+                   narrowest=min(limits.narrowest, _NARROWEST * robot.sole_scale))
 
 
 def landings(
@@ -123,9 +124,9 @@ def landings(
     axes = np.array([[cos, sin], [-sin, cos]])
     point, here = axes @ (capture_point - origin), axes @ (swing.place - origin)
     speed, acceleration = axes @ swing.speed, axes @ swing.acceleration
-    rect = robot.soles[other(swing.side)]
-    low = np.array([rect[0], rect[2]]) + _INSET
-    high = np.array([rect[1], rect[3]]) - _INSET
+    rect, scale = robot.soles[other(swing.side)], robot.sole_scale
+    low = np.array([rect[0], rect[2]]) + _INSET * scale
+    high = np.array([rect[1], rect[3]]) - _INSET * scale
     sole = sole_corners(robot.soles[swing.side], np.zeros(3))
     wanted = 0.5 * (places[:, :2] + sole.mean(axis=0) + 0.5 * (low + high))
     normals, support = _hulls(robot, swing.side, places)
@@ -138,7 +139,7 @@ def landings(
         margin = (support - end @ normals).min(axis=1)
         travel = max(time - swing.double - UPRIGHT, UPRIGHT)
         fast = _fastest(places[:, :2] - here, speed, acceleration, travel)
-        slow = (_LACK * np.maximum(0.0, _RESERVE + _UNSURE * grow - margin) + away
+        slow = (_LACK * np.maximum(0.0, scale * (_RESERVE + _UNSURE * grow) - margin) + away
                 + _TIME * abs(time - swing.left) + _LATE * max(0.0, time - swing.left))
         for share in _SLOWER:
             cost = slow + _FAST * np.maximum(0.0, fast - share * _FASTEST_FOOT)

@@ -27,11 +27,11 @@ from walking.pattern.walk_plan import WalkPlan
 from walking.pattern.whole_body import feet_ahead, twist
 
 _SMOOTHING = 0.015  # time constant with which the measured point corrects the pendulum's [s]
-_TOUCH = 30.0  # normal force above which a sole counts [N]
+_TOUCH = 30.0  # normal force above which a sole counts, of HRP-2 [N]
 _STEP = 0.002  # step of the central differences [s]
 # Moment of inertia of the robot about its CoM, as a share of that of its mass at the CoM's height.
 _INERTIA = 0.2
-_BEARS = 100.0  # normal force of both soles above which there is a ZMP [N]
+_BEARS = 100.0  # normal force of both soles above which there is a ZMP, of HRP-2 [N]
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def watch(
     reference = com_over_sole(robot, side, sole, position[0], velocity[0], None)
     point = now.capture_point
     if before is not None:
-        zmp, elapsed = _zmp(phase, measured), measured.time - before.stamp
+        zmp, elapsed = _zmp(robot, phase, measured), measured.time - before.stamp
         moved = before.capture_point
         if zmp is not None:
             moved = moved + elapsed * now.frequency * (moved - zmp)
@@ -159,15 +159,15 @@ def watch(
     return Balance(measured.time, now, point, reference.capture_point, phase)
 
 
-def _zmp(phase: Phase, measured: Measured) -> Array | None:
+def _zmp(robot: RobotModel, phase: Phase, measured: Measured) -> Array | None:
     """Compute the ZMP from the wrenches in odom, (2,) [m]; None if the feet bear too little."""
-    force, moment = 0.0, np.zeros(2)
+    force, moment, scale = 0.0, np.zeros(2), robot.config.mass_scale
     for side, wrench in (("left", measured.left_wrench), ("right", measured.right_wrench)):
-        if wrench[2] > _TOUCH:
+        if wrench[2] > _TOUCH * scale:
             place = phase.stance.foot(side).moved(-wrench[4] / wrench[2], wrench[3] / wrench[2])
             force += float(wrench[2])
             moment += wrench[2] * np.array(place[:2])
-    return moment / force if force > _BEARS else None
+    return moment / force if force > _BEARS * scale else None
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,7 @@ from walking.recovery.adaptation import SHORTEST_SWING, Landing, Swing, landings
 from walking.recovery.estimate import Balance, Measured, ReferenceState, reference_at, watch
 from walking.recovery.replan import plan_landing
 
+# Lengths are as of HRP-2's sole.
 _TRIGGER = 0.035  # error of the capture point from which a walk is changed; else below 12 mm [m]
 _AGAIN = 0.025  # error from which a changed walk is changed anew [m]
 _PAUSE = 0.02  # shortest time between two changes [s]
@@ -98,9 +99,9 @@ def recover(
         previous: The recovery that made this plan; None for an undisturbed walk.
         seen: What `watch` found at this time; None means that of this sample alone.
     """
-    walk = walk or WalkSettings()
+    walk = walk or WalkSettings.of(robot)
     seen = seen or watch(robot, plan, time, measured)
-    if not _disturbed(seen, time, previous):
+    if not _disturbed(robot.config.sole_scale, seen, time, previous):
         return None
     begin = max(time, 0.0) + _LATENCY
     phase = plan.phase_at(begin)
@@ -136,11 +137,11 @@ def recover(
     return None
 
 
-def _disturbed(seen: Balance, time: float, previous: Recovery | None) -> bool:
+def _disturbed(scale: float, seen: Balance, time: float, previous: Recovery | None) -> bool:
     if previous is None:
-        error, limit = seen.capture_point - seen.planned, _TRIGGER
+        error, limit = seen.capture_point - seen.planned, _TRIGGER * scale
     else:
-        error, limit = seen.capture_point - previous.capture_point(time), _AGAIN
+        error, limit = seen.capture_point - previous.capture_point(time), _AGAIN * scale
         if time < _PAUSE:
             return False
     return float(np.linalg.norm(error)) >= limit
@@ -165,7 +166,8 @@ def _ahead(robot: RobotModel, state: ReferenceState, seen: Balance) -> tuple[Arr
 def _steps(robot: RobotModel, stance: Stance, point: Array, frequency: float) -> list[Landing]:
     """Return steps from both feet, the best one first; none if the robot can stop without one."""
     inside = float(polygon_margin(point, _hull(robot, stance, "")))
-    if inside >= _SPARE:
+    scale = robot.config.sole_scale
+    if inside >= _SPARE * scale:
         return []
     width = needed(robot.config.footsteps, "footsteps").width
     found: list[Landing] = []
@@ -175,7 +177,7 @@ def _steps(robot: RobotModel, stance: Stance, point: Array, frequency: float) ->
             side, base, np.array(stance.foot(side)[:2]), np.zeros(2), np.zeros(2),
             base.moved(0.0, OUTWARD[side] * width), _UNLOAD + SHORTEST_SWING, _UNLOAD)
         found += landings(robot.config, swing, point, frequency)
-    return sorted((landing for landing in found if landing.margin >= inside + _GAIN),
+    return sorted((landing for landing in found if landing.margin >= inside + _GAIN * scale),
                   key=lambda landing: landing.cost)
 
 

@@ -23,7 +23,7 @@ from walking.pattern.course import Course, to_rest
 from walking.pattern.plan import com_height, ending_at_rest
 from walking.pattern.preview import CartState, preview_control
 from walking.pattern.settings import WalkSettings
-from walking.pattern.state import WalkState, rest_height, standing
+from walking.pattern.state import WalkState, standing
 from walking.pattern.swing import clear_of, hump
 from walking.pattern.timing import Phase, Schedule, rest_point
 from walking.pattern.walk_plan import WalkChecks, WalkPlan
@@ -80,7 +80,7 @@ def plan_landing(
         np.stack([rows - gone for rows, gone in zip(expected, left, strict=True)], axis=1),
         rest, plan)
     waist = to_rest(Course(*(np.atleast_1d(rows) for rows in state.waist)),
-                    np.array([rest_height(robot)]), float(time[-1]), time)
+                    np.array([robot.standing_height]), float(time[-1]), time)
     upper = to_rest(state.upper, state.upper.value, _UPPER, time)
     body = BodyCourses(
         _feet(robot, state, step, time, lifted, landed),

@@ -40,7 +40,6 @@ examples:
 
 def build_parser() -> argparse.ArgumentParser:
     """Make the parser of the command's arguments."""
-    defaults = WalkSettings()
     parser = argparse.ArgumentParser(
         prog="plan",
         description="Plan a walk from half-sitting at the origin, and print its footsteps and "
@@ -63,8 +62,9 @@ def build_parser() -> argparse.ArgumentParser:
         "--step-time", type=float, default=0.8, metavar="S",
         help="duration of a step [s] (default: %(default)s)")
     parser.add_argument(
-        "--waist-height", type=float, default=defaults.waist_height, metavar="M",
-        help="height of base_link while walking [m] (default: %(default)s)")
+        "--waist-height", type=float, metavar="M",
+        help=f"height of base_link while walking [m] (default: {WalkSettings.waist_height:g} for "
+        "HRP-2, for another robot by its height)")
     parser.add_argument(
         "--robot", metavar="YAML", help="robot.yaml of another robot (default: HRP-2)")
     parser.add_argument("--plot", type=Path, metavar="FILE", help="draw the walk (PNG, PDF, SVG)")
@@ -105,7 +105,9 @@ def _planned(robot: RobotModel, options: argparse.Namespace) -> WalkPlan:
     footsteps = plan_footsteps(
         robot.config, stance, goal, options.step_time, keep_heading=options.keep_heading,
         whole_turns=True)
-    settings = checked(WalkSettings, {"waist_height": options.waist_height})
+    settings = WalkSettings.of(robot)
+    if options.waist_height is not None:
+        settings = checked(WalkSettings, vars(settings) | {"waist_height": options.waist_height})
     return plan_walk(robot, standing(robot, stance), footsteps, settings)
 
 

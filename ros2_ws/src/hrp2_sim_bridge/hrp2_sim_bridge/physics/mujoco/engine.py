@@ -16,7 +16,7 @@ from door_impact_common.errors import SettingError
 from door_model.door.frame import THRESHOLD
 from hrp2_description.robot import SIDES
 
-from hrp2_sim_bridge.errors import DivergedError, ModelError, SimulatorMissingError
+from hrp2_sim_bridge.errors import DivergedError, SimulatorMissingError
 from hrp2_sim_bridge.physics.engine import (
     NO_TOUCH,
     DoorState,
@@ -126,8 +126,6 @@ class MuJoCoEngine(Engine):
         hinge = model.joint(HINGE).id
         self._door_q, self._door_dq = int(model.jnt_qposadr[hinge]), int(model.jnt_dofadr[hinge])
         sensed = [model.body(link).id for link in sensed_links(robot)]
-        self.sensed_mass = model.body_mass[sensed].copy()
-        self.sensed_inertia = np.array([self._principal_inertia(body) for body in sensed])
         # Index in `link_names` of each geom's link; -1 of the others.
         self._link_of = [body - first if first <= body < last else -1
                          for body in model.geom_bodyid.tolist()]
@@ -266,17 +264,3 @@ class MuJoCoEngine(Engine):
     def _link(self, geoms: Sequence[int]) -> int:
         """Return the index in `link_names` of the robot's link in a pair of geoms."""
         return max(self._link_of[geom] for geom in geoms)
-
-    def _principal_inertia(self, body: int) -> Array:
-        """Return the moments of inertia (3,) of a body about its axes, which must be principal."""
-        model = self.model
-        turn = rotation(model.body_iquat[body][_XYZW])
-        inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
-        moments = np.diag(inertia)
-        if np.abs(model.body_ipos[body]).max() > 1e-9 or not np.allclose(
-            inertia, np.diag(moments), atol=1e-9
-        ):
-            raise ModelError(
-                model.body(body).name, inertia.tolist(), "the link's own frame", "inertial frame")
-        return moments.copy()
-

@@ -29,6 +29,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from door_impact_common.constants import GRAVITY
 from door_model.door.config import DoorConfig
 from door_model.door.frame import THRESHOLD
@@ -38,6 +39,8 @@ from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.physics.engine import Scene, sensed_links
+from hrp2_sim_bridge.physics.kinematics import SensedBodies
+from hrp2_sim_bridge.physics.shapes import simulated_urdf
 
 WORLD, LEAF, HINGE, FLOOR = "world", "leaf", "hinge", "floor"
 _CORNERS = 4  # contact points of a sole on the floor
@@ -164,8 +167,10 @@ def build(mujoco: Any, scene: Scene) -> Model:
     spec = robot_spec(mujoco, robot, settings.iterations, visible=settings.gui)
     soles = [robot.feet[side].sole for side in SIDES]
     geoms = _name_shapes(spec)
-    for link in sensed_links(robot):
-        _add_sensors(mujoco, spec, link)
+    bodies = SensedBodies(robot)
+    for link, carrier, place in zip(
+            sensed_links(robot), bodies.carriers, bodies.places, strict=True):
+        _add_sensors(mujoco, spec, link, carrier, place)
     spec.worldbody.add_geom(
         name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, size=[10.0, 10.0, 1.0],
         contype=0, conaffinity=0)
@@ -220,13 +225,13 @@ def _read_robot(mujoco: Any, robot: RobotConfig, visible: bool) -> Any:
     Raises:
         ModelError: MuJoCo refuses the URDF.
     """
-    tree = ET.parse(robot.urdf_path)
+    tree = ET.parse(simulated_urdf(robot))
     for picture in tree.getroot().iter("visual"):
         picture.attrib.pop("name", None)  # MuJoCo has one name space for all geoms
     extension = ET.SubElement(tree.getroot(), "mujoco")
     ET.SubElement(
         extension, "compiler", fusestatic="false", discardvisual="false" if visible else "true",
-        meshdir=str(robot.urdf_path.parent))
+        strippath="false")
     try:
         return mujoco.MjSpec.from_string(ET.tostring(tree.getroot(), encoding="unicode"))
     except ValueError as error:
@@ -244,9 +249,10 @@ def _name_shapes(spec: Any) -> dict[str, str]:
     return bodies
 
 
-def _add_sensors(mujoco: Any, spec: Any, link: str) -> None:
-    """Measure force and torque of a link's parent on the link, in the link's frame."""
-    spec.body(link).add_site(name=link)
+def _add_sensors(mujoco: Any, spec: Any, link: str, carrier: str, place: Any) -> None:
+    """Measure force and torque on a carrier by its parent, in a link's frame, placed in it."""
+    x, y, z, w = pin.Quaternion(place.rotation).coeffs()
+    spec.body(carrier).add_site(name=link, pos=place.translation, quat=[w, x, y, z])
     for kind in (mujoco.mjtSensor.mjSENS_FORCE, mujoco.mjtSensor.mjSENS_TORQUE):
         spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=link)
 

@@ -10,8 +10,9 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES, needed
+from hrp2_description.robot import SIDES
 
 from hrp2_sim_bridge.errors import DivergedError
 from hrp2_sim_bridge.physics.engine import (
@@ -23,12 +24,14 @@ from hrp2_sim_bridge.physics.engine import (
     Scene,
     Touch,
     sensed_links,
+    sensor_joints,
 )
 from hrp2_sim_bridge.physics.frames import cross, quaternion_product, rotation
+from hrp2_sim_bridge.physics.kinematics import SensedBodies
 from hrp2_sim_bridge.physics.pybullet.client import connect, load_pybullet, prepare
 from hrp2_sim_bridge.physics.pybullet.door_frame import FrameBodies
 from hrp2_sim_bridge.physics.pybullet.leaf import LeafBody
-from hrp2_sim_bridge.physics.pybullet.robot import link_names, load_robot, sensed_bodies
+from hrp2_sim_bridge.physics.pybullet.robot import link_names, load_robot
 
 # Entries of PyBullet's contact points.
 _LINK, _POINT, _NORMAL, _DISTANCE, _FORCE = 3, 6, 7, 8, 9
@@ -81,13 +84,15 @@ class PyBulletEngine(Engine):
         indices = {client.getJointInfo(body, index)[1].decode(): index
                    for index in range(len(self.link_names))}
         self._joints = [indices[name] for name in robot.joint_names]
-        sensors = [needed(robot.feet[side].sensor_joint, "sensor_joint") for side in SIDES]
-        if robot.wrist_sensors is not None:
-            sensors += [robot.wrist_sensors[side].joint for side in SIDES]
-        for sensor in sensors:
-            client.enableJointForceTorqueSensor(body, indices[sensor], 1)
+        sensors = [indices[name] for name in sensor_joints(robot)]
+        self._to_frames = []
+        for sensor, place in zip(sensors, SensedBodies(robot).places, strict=True):
+            client.enableJointForceTorqueSensor(body, sensor, 1)
+            # PyBullet reports in the inertial frame of the link beyond the sensor.
+            inertial = pin.XYZQUATToSE3(np.hstack(client.getDynamicsInfo(body, sensor)[3:5]))
+            self._to_frames.append(place.actInv(inertial))
+        self._in_frames = all(place.isIdentity(1e-9) for place in self._to_frames)
         links = [self.link_names.index(link) for link in sensed_links(robot)]
-        self.sensed_mass, self.sensed_inertia = sensed_bodies(client, body, links)
         masses = [client.getDynamicsInfo(body, index)[0]
                   for index in range(-1, len(self.link_names))]
         self._shares = np.array(masses) / sum(masses)  # of the robot's mass, the base's first
@@ -102,7 +107,7 @@ class PyBulletEngine(Engine):
             client, scene.frame_boxes, self.leaf.body, settings.leaf_friction, settings.friction)
         self._push = partial(
             client.setJointMotorControlArray, body, self._joints, client.TORQUE_CONTROL)
-        watched = [*self._joints, *(indices[sensor] for sensor in sensors)]
+        watched = [*self._joints, *sensors]
         self._read = partial(client.getJointStates, body, watched)
         self._states = self._read()
 
@@ -164,7 +169,10 @@ class PyBulletEngine(Engine):
         self.stepping_time += perf_counter() - begin
         self._time += self._step
         self._states = self._read()
-        return [state[2] for state in self._states[len(self._joints):]]
+        read = [state[2] for state in self._states[len(self._joints):]]
+        return read if self._in_frames else [
+            place.act(pin.Force(np.array(wrench))).vector.tolist()
+            for place, wrench in zip(self._to_frames, read, strict=True)]
 
     def joint_state(self) -> Array:
         """Return positions and velocities of the joints, (2, J)."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from door_impact_common.arrays import Array
 from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
 
 from hrp2_sim_bridge.errors import ModelError
+from hrp2_sim_bridge.physics.shapes import simulated_urdf
 
 _ENTRIES = ("ixx", "ixy", "ixz", "ixy", "iyy", "iyz", "ixz", "iyz", "izz")
 _FASTEST_JOINT = 1000.0  # limit of PyBullet's own clamp, faster than any joint [rad/s]
@@ -24,10 +24,10 @@ def load_robot(client: Any, robot: RobotConfig, rubber: SoleRubber | None) -> in
         ModelError: PyBullet changed a mass or an inertia: it replaces an inertia that violates the
             triangle inequality by zero, without a message.
     """
-    client.setAdditionalSearchPath(str(robot.urdf_path.parent))
-    body = int(client.loadURDF(str(robot.urdf_path), flags=client.URDF_USE_INERTIA_FROM_FILE))
+    path = simulated_urdf(robot)
+    body = int(client.loadURDF(str(path), flags=client.URDF_USE_INERTIA_FROM_FILE))
     wanted = {link.attrib["name"]: _moments(link)
-              for link in ET.parse(robot.urdf_path).getroot().findall("link")}
+              for link in ET.parse(path).getroot().findall("link")}
     names = link_names(client, body)
     total = 0.0
     for index, name in enumerate((*names, client.getBodyInfo(body)[0].decode())):
@@ -48,21 +48,6 @@ def link_names(client: Any, body: int) -> tuple[str, ...]:
     """Return the names of the links in PyBullet's order, without the base."""
     return tuple(client.getJointInfo(body, index)[12].decode()
                  for index in range(client.getNumJoints(body)))
-
-
-def sensed_bodies(client: Any, body: int, links: Sequence[int]) -> tuple[Array, Array]:
-    """Return mass (B,) [kg] and principal moments (B, 3) [kg m^2] of B links of the robot.
-
-    Raises:
-        ModelError: The inertial frame, in which the sensor reports, is not the link's own.
-    """
-    infos = [client.getDynamicsInfo(body, index) for index in links]
-    for index, info in zip(links, infos, strict=True):
-        if np.abs(info[3]).max() > 1e-9 or abs(abs(info[4][3]) - 1.0) > 1e-9:
-            raise ModelError(
-                link_names(client, body)[index], info[3:5], "the link's own frame",
-                "inertial frame")
-    return np.array([info[0] for info in infos]), np.array([info[2] for info in infos])
 
 
 def _override_defaults(client: Any, body: int, joints: int) -> None:

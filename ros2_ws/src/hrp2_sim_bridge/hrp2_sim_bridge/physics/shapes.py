@@ -1,0 +1,119 @@
+"""The URDF that both engines read: what touches something in it has few corners.
+
+A mesh of a sole or an elbow meets floor or leaf at several points, each of which the engines make
+as stiff as the whole surface. So a sole is a box, and elbow and hand are balls, as the planner
+takes them for. All other meshes are convex hulls.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+from door_impact_common.arrays import Array
+from hrp2_description.robot import SIDES, RobotConfig
+from hrp2_description.urdf import temporary
+from humanoid_motion.pinocchio_model import collision_shapes, free_floating_model
+from scipy.spatial import ConvexHull
+
+from hrp2_sim_bridge.errors import ModelError
+
+_THICK = 0.02  # height of the box that stands for a foot [m]
+_CORNERS = 64  # most corners of a hull; those of Talos and G1 lose 7.5 mm at most
+_WEIGHTLESS = ('<inertial><mass value="1e-9"/><inertia ixx="1e-12" iyy="1e-12" izz="1e-12" '
+               'ixy="0" ixz="0" iyz="0"/></inertial>')
+
+
+def simulated_urdf(robot: RobotConfig) -> Path:
+    """Return the path of the URDF for the engines; the robot's own where it needs no change.
+
+    Raises:
+        ModelError: The file of a mesh is missing.
+    """
+    root = ET.parse(robot.urdf_path).getroot()
+    links = {link.attrib["name"]: link for link in root.findall("link")}
+    changed = False
+    for link in links.values():
+        if link.find("inertial") is None:  # PyBullet would give it one kilogram
+            link.append(ET.fromstring(_WEIGHTLESS))
+            changed = True
+    for side in SIDES:
+        sole = robot.feet[side].sole
+        if links[sole].find("collision") is None:
+            for name in _welded(root, sole):
+                _remove_shapes(links[name])
+            x_min, x_max, y_min, y_max = robot.soles[side]
+            middle = 0.5 * (x_min + x_max), 0.5 * (y_min + y_max), 0.5 * _THICK
+            _add_shape(links[sole], "box", middle, size=(x_max - x_min, y_max - y_min, _THICK))
+            changed = True
+    for name, radius in (
+            (robot.contact_link, robot.contact_radius), (robot.hand_link, robot.hand_radius)):
+        if radius is not None and links[name].find("collision/geometry/sphere") is None:
+            _add_shape(links[name], "sphere", (0.0, 0.0, 0.0), radius=(radius,))
+            changed = True
+    meshed = [link for link in links.values() if link.find("collision/geometry/mesh") is not None]
+    if meshed:
+        hulls = _hulls(robot)
+        for link in meshed:
+            for index, shape in enumerate(link.findall("collision")):
+                mesh = shape.find("geometry/mesh")
+                if mesh is not None:
+                    name = f"{link.attrib['name']}_{index}"
+                    mesh.attrib = {"filename": str(temporary(f"{name}.obj", hulls[name]))}
+    if not changed and not meshed:
+        return robot.urdf_path
+    return temporary("simulated.urdf", ET.tostring(root, encoding="unicode"))
+
+
+def _welded(root: ET.Element, link: str) -> set[str]:
+    """Return the names of all links that fixed joints weld to a link, with its own."""
+    pairs = [tuple(joint.find(end).attrib["link"] for end in ("parent", "child"))  # type: ignore[union-attr]
+             for joint in root.findall("joint[@type='fixed']")]
+    found = {link}
+    while grown := {each for pair in pairs if found & {*pair} for each in pair} - found:
+        found |= grown
+    return found
+
+
+def _remove_shapes(link: ET.Element) -> None:
+    for shape in link.findall("collision"):
+        link.remove(shape)
+
+
+def _add_shape(
+    link: ET.Element, kind: str, place: tuple[float, ...], **numbers: tuple[float, ...]
+) -> None:
+    shape = ET.SubElement(link, "collision")
+    ET.SubElement(shape, "origin", xyz=_text(place), rpy="0 0 0")
+    ET.SubElement(ET.SubElement(shape, "geometry"), kind, {
+        name: _text(values) for name, values in numbers.items()})
+
+
+def _hulls(robot: RobotConfig) -> dict[str, str]:
+    """Return the convex hulls of all meshes as texts of OBJ files, by link and number of shape."""
+    geometry, missing = collision_shapes(free_floating_model(robot), robot)
+    if missing:
+        raise ModelError(robot.name, ", ".join(missing), "a file for each mesh",
+                         "links whose meshes are missing")
+    return {item.name: _obj(np.asarray(item.geometry.points()))
+            for item in geometry.geometryObjects if hasattr(item.geometry, "points")}
+
+
+def _obj(points: Array) -> str:
+    """Write a convex hull with the corners that are outermost in evenly spread directions."""
+    index = np.arange(_CORNERS) + 0.5
+    z, turn = 1.0 - 2.0 * index / _CORNERS, np.pi * (1.0 + 5.0**0.5) * index  # a golden spiral
+    flat = np.sqrt(1.0 - z**2)
+    directions = np.stack([flat * np.cos(turn), flat * np.sin(turn), z])
+    corners = np.unique(points[(points @ directions).argmax(axis=0)], axis=0)
+    hull = ConvexHull(corners)
+    lines = [f"v {_text(corner)}" for corner in corners.tolist()]
+    for (a, b, c), normal in zip(hull.simplices.tolist(), hull.equations[:, :3], strict=True):
+        outward = np.cross(corners[b] - corners[a], corners[c] - corners[a]) @ normal > 0.0
+        lines.append(f"f {a + 1} {b + 1} {c + 1}" if outward else f"f {a + 1} {c + 1} {b + 1}")
+    return "\n".join(lines) + "\n"
+
+
+def _text(numbers: tuple[float, ...] | list[float]) -> str:
+    return " ".join(map(repr, numbers))
