@@ -9,8 +9,10 @@ from door_impact_common.constants import GRAVITY
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import rehearse
 from door_model.door.config import load_door
-from hrp2_description.data import share_folders
+from hrp2_description.data import data_path, share_folders
+from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import load_robot_config
+from hrp2_sim_bridge.physics.shapes import simulated_urdf
 from hrp2_sim_bridge.settings import ENGINES
 from hrp2_sim_bridge.world import World
 from humanoid_motion.pinocchio_model import free_floating_model
@@ -47,6 +49,14 @@ def test_other_joints_are_fixed_and_meshes_found() -> None:
     assert model.nv == 6 + 28
     pin.buildGeomFromUrdf(
         model, str(load_robot_config("talos").urdf_path), pin.GeometryType.COLLISION)
+
+
+def test_a_link_that_is_no_sole_is_refused(tmp_path: Path) -> None:
+    """G1's ankle is 35 mm above the floor: standing on it, the robot would sink in."""
+    text = data_path("config/g1.yaml").read_text().replace("xyz: [0, 0, -0.035]", "xyz: [0, 0, 0]")
+    (tmp_path / "g1.yaml").write_text(text)
+    with pytest.raises(RobotConfigError, match=r"below left_sole .*-0\.035, .*frames"):
+        simulated_urdf(load_robot_config(tmp_path / "g1.yaml"))
 
 
 def test_talos_opens_the_papers_door(tmp_path: Path) -> None:

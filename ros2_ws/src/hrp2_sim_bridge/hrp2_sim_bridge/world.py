@@ -15,6 +15,7 @@ from door_impact_common.documents import checked
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 from door_model.door.geometry import along
+from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import RobotConfig, needed
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 from humanoid_motion.mirror import Mirror
@@ -73,6 +74,21 @@ class _Readings:
     torque: Array | float = 0.0
 
 
+def require_simulable(robot: RobotConfig, settings: WorldSettings) -> None:
+    """Check that a robot's configuration has what the simulation needs beyond a plan.
+
+    Raises:
+        RobotConfigError: It lacks fields, which are named.
+    """
+    needs = {"drives": True, "motor_encoder_counts": True, "imu_frame": True,
+             "sole_rubber": settings.rubber, "brace": settings.brace == "contact"}
+    lacking = [field for field, need in needs.items() if need and getattr(robot, field) is None]
+    if lacking:
+        raise RobotConfigError(
+            f"{robot.name} cannot be simulated without fields of its robot.yaml", value=lacking,
+            limit="these fields, as in hrp2_description/config/robot.yaml")
+
+
 class World(Driver):
     """A robot standing in half-sitting and a closed door; time is 0 when the robot has settled.
 
@@ -123,6 +139,7 @@ class World(Driver):
         self.door_config = door
         name = engine if isinstance(engine, str) else engine.name
         self.settings = checked(WorldSettings, {"engine": name, **settings})
+        require_simulable(robot, self.settings)
         self._posture = np.array(robot.half_sitting if posture is None else posture, dtype=float)
         require_place(door_distance, hinge_x)
         self.contact = design_leaf(door, hinge_x, self.settings)

@@ -203,7 +203,13 @@ class Mirror(Straight):
 
         What hits and what is braced change sides. Motions are planned with the right arm alone, so
         what only a planner needs does not change.
+
+        Raises:
+            RobotConfigError: No link of the other side is where `contact_link` is.
         """
+        if self.text(config.contact_link) == config.contact_link:
+            raise RobotConfigError("contact_link has no mirror image", value=config.contact_link,
+                                   limit="a link at the mirrored place, or a frame there (frames)")
         posture, brace = config.braced_posture, config.brace
         return replace(
             config, contact_link=self.text(config.contact_link),

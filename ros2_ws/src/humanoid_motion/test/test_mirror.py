@@ -213,6 +213,8 @@ def test_the_simulated_robot_leans_on_its_left_arm():
     assert left.brace.normal == (0, 1, 0)
     np.testing.assert_allclose(left.posture(left.braced_posture),
                                MIRROR.joints(CONFIG.posture(CONFIG.braced_posture)))
+    with pytest.raises(RobotConfigError, match=r"contact_link has no mirror image .*'torso'"):
+        MIRROR.left_armed(dataclasses.replace(CONFIG, contact_link="torso"))
 
 
 @pytest.mark.parametrize(("joint", "xyz"), [

@@ -10,6 +10,7 @@ from pathlib import Path
 from door_impact_common.files import draw_into, run_command, write_whole
 from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
+from hrp2_sim_bridge.world import require_simulable
 
 from door_impact_evaluation.sweep import running
 from door_impact_evaluation.sweep.blocked import BLOCKED
@@ -54,7 +55,7 @@ def main(args: list[str] | None = None) -> int:
 def _report(options: argparse.Namespace, kind: Kind, out: Path) -> str:
     """Run the sweep, write its files, and return the table."""
     make_engine(options.engine)  # before anything is written
-    robot_of({"robot": options.robot})
+    require_simulable(robot_of({"robot": options.robot}).config, WorldSettings())
     with closing(Runs(out)) as runs:
         rows = running.run(kind, kind.draw(options.n, options.seed), options.engine, runs,
                            options.cluster, options.robot)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
+from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import RobotConfig
 from humanoid_motion.pinocchio_model import free_floating_model, inertia_beyond, joint_columns
 from scipy.spatial.transform import Rotation
@@ -57,10 +58,15 @@ class SensedBodies:
         inertia: Moments of inertia about the frames' origins, (B, 3, 3) [kg m^2].
         carriers: Names of the links just beyond the sensors.
         places: Poses of the frames in the carriers, of type ``pinocchio.SE3``.
+
+    Raises:
+        RobotConfigError: A sensor is in no fixed joint above its sole or hand.
     """
 
     def __init__(self, robot: RobotConfig) -> None:
         model, joints = free_floating_model(robot), sensor_joints(robot)
+        for link, joint in zip(sensed_links(robot), joints, strict=True):
+            _require_above(model, link, joint)
         frames = [model.frames[model.getFrameId(link)].placement for link in sensed_links(robot)]
         bodies = [frame.actInv(inertia_beyond(model, joint))
                   for frame, joint in zip(frames, joints, strict=True)]
@@ -72,6 +78,17 @@ class SensedBodies:
         self.carriers = [child.name for child in children]
         self.places = [child.placement.actInv(frame)
                        for child, frame in zip(children, frames, strict=True)]
+
+
+def _require_above(model: Any, link: str, joint: str) -> None:
+    frame = model.frames[model.getFrameId(link)]
+    between = []
+    while (frame := model.frames[frame.parentFrame]).type != pin.FrameType.JOINT:
+        between.append(frame.name)
+    if joint not in between:
+        raise RobotConfigError(f"joint of the force sensor above {link}", value=joint, limit=[
+            name for name in between if model.frames[model.getFrameId(name)].type
+            == pin.FrameType.FIXED_JOINT])
 
 
 class Kinematics:

@@ -7,11 +7,15 @@ takes them for. All other meshes are convex hulls.
 
 from __future__ import annotations
 
+import itertools
+import math
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import SIDES, RobotConfig
 from hrp2_description.urdf import temporary
 from humanoid_motion.pinocchio_model import collision_shapes, free_floating_model
@@ -19,6 +23,7 @@ from scipy.spatial import ConvexHull
 
 from hrp2_sim_bridge.errors import ModelError
 
+_OFF = 0.005  # largest distance of a sole's plane from its foot's lowest point [m]
 _THICK = 0.02  # height of the box that stands for a foot [m]
 _CORNERS = 64  # most corners of a hull; those of Talos and G1 lose 7.5 mm at most
 _WEIGHTLESS = ('<inertial><mass value="1e-9"/><inertia ixx="1e-12" iyy="1e-12" izz="1e-12" '
@@ -30,9 +35,12 @@ def simulated_urdf(robot: RobotConfig) -> Path:
 
     Raises:
         ModelError: The file of a mesh is missing.
+        RobotConfigError: A sole's frame is not at the lowest point of its foot.
     """
     root = ET.parse(robot.urdf_path).getroot()
     links = {link.attrib["name"]: link for link in root.findall("link")}
+    model = free_floating_model(robot)
+    geometry, missing = collision_shapes(model, robot)
     changed = False
     for link in links.values():
         if link.find("inertial") is None:  # PyBullet would give it one kilogram
@@ -41,7 +49,9 @@ def simulated_urdf(robot: RobotConfig) -> Path:
     for side in SIDES:
         sole = robot.feet[side].sole
         if links[sole].find("collision") is None:
-            for name in _welded(root, sole):
+            foot = _welded(root, sole)
+            _require_sole(model, geometry, sole, foot)
+            for name in foot:
                 _remove_shapes(links[name])
             x_min, x_max, y_min, y_max = robot.soles[side]
             middle = 0.5 * (x_min + x_max), 0.5 * (y_min + y_max), 0.5 * _THICK
@@ -54,7 +64,11 @@ def simulated_urdf(robot: RobotConfig) -> Path:
             changed = True
     meshed = [link for link in links.values() if link.find("collision/geometry/mesh") is not None]
     if meshed:
-        hulls = _hulls(robot)
+        if missing:
+            raise ModelError(robot.name, ", ".join(missing), "a file for each mesh",
+                             "links whose meshes are missing")
+        hulls = {item.name: _obj(np.asarray(item.geometry.points()))
+                 for item in geometry.geometryObjects if hasattr(item.geometry, "points")}
         for link in meshed:
             for index, shape in enumerate(link.findall("collision")):
                 mesh = shape.find("geometry/mesh")
@@ -90,14 +104,23 @@ def _add_shape(
         name: _text(values) for name, values in numbers.items()})
 
 
-def _hulls(robot: RobotConfig) -> dict[str, str]:
-    """Return the convex hulls of all meshes as texts of OBJ files, by link and number of shape."""
-    geometry, missing = collision_shapes(free_floating_model(robot), robot)
-    if missing:
-        raise ModelError(robot.name, ", ".join(missing), "a file for each mesh",
-                         "links whose meshes are missing")
-    return {item.name: _obj(np.asarray(item.geometry.points()))
-            for item in geometry.geometryObjects if hasattr(item.geometry, "points")}
+def _require_sole(model: Any, geometry: Any, sole: str, foot: set[str]) -> None:
+    """Refuse a sole whose plane is not that of the lowest point of its foot's shapes."""
+    place, lowest = model.frames[model.getFrameId(sole)].placement, math.inf
+    for item in geometry.geometryObjects:
+        if model.frames[item.parentFrame].name in foot:
+            if hasattr(item.geometry, "points"):
+                points = np.asarray(item.geometry.points())
+            else:
+                item.geometry.computeLocalAABB()
+                box = item.geometry.aabb_local
+                points = np.array([*itertools.product(*zip(box.min_, box.max_, strict=True))])
+            pose = place.actInv(item.placement)
+            lowest = min(lowest, float((points @ pose.rotation[2] + pose.translation[2]).min()))
+    if lowest < math.inf and abs(lowest) > _OFF:
+        raise RobotConfigError(
+            f"lowest point of the foot below {sole} [m]", value=round(lowest, 4),
+            limit=f"0, up to {_OFF:g} m from it: name or add the frame of the sole (frames)")
 
 
 def _obj(points: Array) -> str:
