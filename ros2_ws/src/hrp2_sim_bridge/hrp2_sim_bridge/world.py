@@ -81,7 +81,7 @@ def require_simulable(robot: RobotConfig, settings: WorldSettings) -> None:
         RobotConfigError: It lacks fields, which are named.
     """
     needs = {"drives": True, "motor_encoder_counts": True, "imu_frame": True,
-             "sole_rubber": settings.rubber, "brace": settings.brace == "contact"}
+             "sole_rubber": settings.rubber}
     lacking = [field for field, need in needs.items() if need and getattr(robot, field) is None]
     if lacking:
         raise RobotConfigError(

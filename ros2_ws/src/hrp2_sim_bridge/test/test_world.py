@@ -130,11 +130,11 @@ def stood(robot, paper_door):
 
 def test_a_robot_that_is_only_planned_for_is_refused_by_what_it_lacks(robot, paper_door):
     """All fields that are missing are named at once; what is switched off is not missed."""
-    bare = replace(robot, drives=None, brace=None, sole_rubber=None)
-    with pytest.raises(RobotConfigError, match=r"hrp2 cannot .*'drives', 'sole_rubber', 'brace'"):
+    bare = replace(robot, drives=None, sole_rubber=None)
+    with pytest.raises(RobotConfigError, match=r"HRP-2 cannot .*'drives', 'sole_rubber'\]"):
         World(bare, paper_door, 0.9, -0.42)
     with pytest.raises(RobotConfigError, match=r"\['drives'\]"):
-        World(bare, paper_door, 0.9, -0.42, sole="rigid", brace="none")
+        World(bare, paper_door, 0.9, -0.42, sole="rigid")
 
 
 @pytest.mark.parametrize("place", [(-1.0, -0.42), (0.9, math.nan), (0.9, 11.0)])
