@@ -27,6 +27,7 @@ from typing import Any, Protocol
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
+from numpy.typing import ArrayLike
 
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.motion import Motion
@@ -143,17 +144,27 @@ class BodyGeometry:
         """Pinocchio's geometry model of the shapes, in the order of `links`; do not change it."""
         return self._model
 
-    def seen_from_above(self) -> tuple[float, float, float, float]:
-        """Bound the robot in half-sitting: x_min, x_max, y_min, y_max [m].
+    def seen_from_above(
+        self, joints: ArrayLike | None = None, without: Collection[str] = ()
+    ) -> tuple[float, float, float, float]:
+        """Bound the robot seen from above: x_min, x_max, y_min, y_max [m].
 
         They are those of the middle between the soles.
+
+        Args:
+            joints: Its joints, (J,) [rad]; None means half-sitting.
+            without: Joints whose links, and all that these bear, are left out.
         """
         robot = self._robot
-        q = robot.configuration(np.zeros(3), robot.config.half_sitting)
+        q = robot.configuration(
+            np.zeros(3), robot.config.half_sitting if joints is None else np.asarray(joints))
         placed = self._model.createData()
         pin.updateGeometryPlacements(robot.model, self._data, self._model, placed, q)
+        left_out = {robot.model.getJointId(name) for name in without}
         low, high = np.full(3, np.inf), np.full(3, -np.inf)
         for item, place in zip(self._model.geometryObjects, placed.oMg, strict=True):
+            if left_out.intersection(robot.model.supports[item.parentJoint]):
+                continue
             shape = coal.CollisionObject(
                 item.geometry, coal.Transform3s(place.rotation, place.translation))
             shape.computeAABB()

@@ -35,7 +35,8 @@ from humanoid_motion.pinocchio_model import (
 
 TOWARDS_DOOR = (0.0, -1.0, 0.0)  # direction of the hit in odom
 _LEVEL = 1e-4  # largest tilt [rad] and difference in height [m] of the soles in half-sitting
-_STANDING_HEIGHT = 0.6487018511825304  # of HRP-2's base_link in half-sitting [m]
+# Heights of HRP-2's base_link and of its right shoulder in half-sitting [m].
+_STANDING_HEIGHT, _SHOULDER_HEIGHT = 0.6487018511825304, 1.1804018511825305
 _SQUAT = 0.525  # distance from hip to ankle in the deepest squat, as a share of the leg's length
 
 
@@ -161,6 +162,14 @@ class RobotModel:
     def height_scale(self) -> float:
         """This height over HRP-2's; heights are stated for HRP-2, and are used times this."""
         return self.standing_height / _STANDING_HEIGHT
+
+    @cached_property
+    def shoulder_scale(self) -> float:
+        """Height of the right shoulder in half-sitting over HRP-2's: lengths of what arms do."""
+        q = self.configuration([0.0, 0.0, self.standing_height], self.config.half_sitting)
+        pin.forwardKinematics(self.model, self.data, q)
+        first = self.data.oMi[self.model.getJointId(self.config.arm.joints[0])]
+        return float(first.translation[2]) / _SHOULDER_HEIGHT
 
     def folded_by(self, joints: ArrayLike) -> float:
         """Return the largest distance of a joint of the upper body from half-sitting [rad]."""

@@ -32,7 +32,7 @@ _DAMPING = 1.0  # weight of the change in one iteration, growing where a step do
 _FACE = 0.0005  # distance of the hand from its wanted distance to the face [m]
 _LIMIT = 0.005  # by how much a bound is exceeded [m]
 _RANGE = 0.005  # by how much a joint exceeds its range [rad]
-_BEND = 3.0  # second derivative of a joint [rad/s^2]
+_BEND = 3.0  # second derivative of the fastest joint; less of slower ones [rad/s^2]
 _POSTURE = 0.5  # distance from the comfortable posture [rad]
 _RADIUS = 0.1  # distance of the hand from its favourite radius [m]
 
@@ -95,6 +95,8 @@ class ArmCourse:
         self.columns = robot.arm_columns
         self._lower = robot.lower[self.columns] + reserve
         self._upper = robot.upper[self.columns] - reserve
+        fastest = robot.speed_limit[self.columns]
+        self._bend = _BEND * fastest / fastest.max()
         self._hand = robot.hand_chain
         self._others = [Chain(robot.model, robot.joint_names, frame)
                         for frame in (config.contact_link, config.arm.wrist_link)]
@@ -132,13 +134,13 @@ class ArmCourse:
     def _improved(self, task: ArmTask, arm: Array, step: float, looser: float) -> Array:
         """Improve a course with all distances to the leaf weighted less by a factor."""
         damping, rows = _DAMPING, self._linearised(task, arm, looser)
-        cost = _cost(rows[0], arm, step)
+        cost = self._cost(rows[0], arm, step)
         for _ in range(_ITERATIONS):
-            change = _newton_step(rows, arm, step, damping)
+            change = _newton_step(rows, arm, self._bend * step**2, damping)
             tried = arm.copy()
             tried[2:] += change
             new = self._linearised(task, tried, looser)
-            new_cost = _cost(new[0], tried, step)
+            new_cost = self._cost(new[0], tried, step)
             if new_cost > cost:
                 damping *= 8.0
                 if damping > _HOPELESS:
@@ -201,6 +203,10 @@ class ArmCourse:
         return (np.stack([value for value, _ in found], axis=1),
                 np.stack([rows for _, rows in found], axis=1))
 
+    def _cost(self, residuals: Array, arm: Array, step: float) -> float:
+        bend = np.diff(arm, 2, axis=0) / step**2 / self._bend
+        return float((residuals[2:] ** 2).sum() + (bend**2).sum())
+
     def _mine(self, chain: Chain, jacobian: Array) -> Array:
         """Columns of a chain's Jacobian (N, 3, C) for the arm's joints, (N, 3, A)."""
         out = np.zeros((*jacobian.shape[:2], len(self.columns)))
@@ -211,18 +217,20 @@ class ArmCourse:
         return out
 
 
-def _cost(residuals: Array, arm: Array, step: float) -> float:
-    bend = np.diff(arm, 2, axis=0) / step**2 / _BEND
-    return float((residuals[2:] ** 2).sum() + (bend**2).sum())
-
-
 def _newton_step(
-    rows: tuple[Array, Array], arm: Array, step: float, damping: float
+    rows: tuple[Array, Array], arm: Array, bend: Array, damping: float
 ) -> Array:
-    """Solve the linearised problem for the change of all nodes but the first two, (N - 2, A)."""
+    """Solve the linearised problem for the change of all nodes but the first two, (N - 2, A).
+
+    Args:
+        rows: Residuals and their slopes.
+        arm: The course, (N, A) [rad].
+        bend: Second differences that count as 1, (A,) [rad].
+        damping: Weight of the change.
+    """
     residuals, slopes = rows[0][2:], rows[1][2:]
     count, joints = len(residuals), arm.shape[1]
-    weight = 1.0 / (_BEND * step**2) ** 2
+    weight = 1.0 / bend**2
     second = np.diff(arm, 2, axis=0)
     gradient = second.copy()
     gradient[:-1] -= 2.0 * second[1:]
@@ -240,6 +248,6 @@ def _newton_step(
             1.0 + 4.0 * before + before_last, -2.0 - 2.0 * before_last[:-1],
             np.ones(count - 2))):
         for joint in range(joints):
-            banded[-1 - away * joints, away * joints + joint :: joints] += weight * diagonal
+            banded[-1 - away * joints, away * joints + joint :: joints] += weight[joint] * diagonal
     found = solveh_banded(banded, -gradient.ravel(), lower=False, check_finite=False)
     return np.asarray(found.reshape(count, joints))

@@ -54,7 +54,7 @@ _PRESSES = 0.15  # smallest force of the hand on the leaf, as a share of that of
 _LATER = 0.1  # step in which a leaf that would run ahead of the hand arrives later [s]
 _AWAY = 0.04  # largest distance of the hand from the leaf at the beginning [m]
 _BEHIND = 0.08  # and of its commanded place behind the leaf's face, to which drives yield [m]
-_TUCK = 1.35  # time in which the free arm is tucked in [s]
+_TUCK = 1.35  # shortest time in which the free arm is tucked in [s]
 
 
 @dataclass(frozen=True)
@@ -337,12 +337,12 @@ class _Attempt:
         task, config = self._task, self._robot.config
         whole = np.tile(self._state.upper.value, (len(time), 1))
         speed, bend = np.zeros_like(whole), np.zeros_like(whole)
-        tucked = config.posture(config.tucked_posture, task.joints)
-        for name in config.tucked_posture:
-            column = config.index(name)
-            for rows, course in zip(
-                    (whole, speed, bend), min_jerk_course(time, _TUCK), strict=True):
-                rows[:, column] += (tucked[column] - task.joints[column]) * course
+        way = config.posture(config.tucked_posture, task.joints) - task.joints
+        # 1.875 is the peak speed of a course of minimum jerk, for a way of 1 in a time of 1.
+        fastest = self._walk.speed_share * self._robot.speed_limit
+        within = max(_TUCK, float((1.875 * np.abs(way) / fastest).max()))
+        for rows, course in zip((whole, speed, bend), min_jerk_course(time, within), strict=True):
+            rows += way * course[:, None]
         return self._arm.knots(time, arm, Knots(time, whole, speed, bend))
 
     def _checked(

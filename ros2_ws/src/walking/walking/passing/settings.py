@@ -6,12 +6,15 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeVar
 
+from humanoid_motion.clearance import bodies_of
 from humanoid_motion.robot_model import RobotModel
 
 from walking.footsteps.rectangles import Rectangle
 from walking.pattern.settings import WalkSettings
 
 _Choice = TypeVar("_Choice")
+
+_SHOULDER = 2  # joints of an arm whose links do not reach out in front of the trunk
 
 
 class Gait(NamedTuple):
@@ -30,7 +33,7 @@ class Gait(NamedTuple):
     required_margin: float
 
     def scaled(self, tall: float, wide: float) -> Gait:
-        """Return the gait of a robot that is as tall, and has soles as wide, by HRP-2's."""
+        """Return it for a robot whose height and soles are `tall` and `wide` times HRP-2's."""
         return Gait(self.waist_height * tall, *(wide * each for each in self[1:]))
 
 
@@ -54,7 +57,8 @@ class PassageSettings:
 
     Attributes:
         leaf_angles: Opening angles at which the robot may pass, in the order of preference [rad].
-        body: Trunk and left arm on the floor, in the frame of the middle between the soles [m].
+        body: Robot with the left arm tucked in and without the right one beyond the shoulder, seen
+            from above from the middle between the soles; the default is HRP-2's [m].
         wider: By how much this rectangle is larger at the back, ahead, at the right and at the
             left, tried in this order where a body would come too near to leaf or frame [m].
         gap: Distance of this rectangle from walls and leaf [m].
@@ -103,7 +107,7 @@ class PassageSettings:
     """
 
     leaf_angles: tuple[float, ...] = tuple(map(math.radians, (75.0, 80.0, 70.0)))
-    body: Rectangle = (-0.22, 0.25, -0.32, 0.31)
+    body: Rectangle = (-0.247, 0.235, -0.320, 0.327)
     wider: tuple[Rectangle, ...] = (
         (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.02, 0.0), (0.0, 0.0, 0.0, 0.02))
     gap: float = 0.05
@@ -141,22 +145,29 @@ class PassageSettings:
 
     @classmethod
     def of(cls, robot: RobotModel, **own: Any) -> PassageSettings:
-        """Return a robot's defaults: HRP-2's by height, soles and mass; `own` replaces others."""
-        tall, wide = robot.height_scale, robot.config.sole_scale
-        plain = cls(**own)
+        """Return a robot's defaults: HRP-2's by height, shoulder, soles and mass, but its own body.
+
+        Args:
+            own: Settings that are not to be the defaults.
+        """
+        config, plain = robot.config, cls()
+        tall, wide, arm = robot.height_scale, config.sole_scale, robot.shoulder_scale
 
         def larger(lengths: Any) -> Any:
-            return tuple(map(larger, lengths)) if isinstance(lengths, tuple) else tall * lengths
+            return tuple(map(larger, lengths)) if isinstance(lengths, tuple) else arm * lengths
 
-        lengths = ("body", "wider", "gap", "lift_over", "reach", "hand_heights", "nearest",
-                   "hand_radius", "clearance")
-        return replace(
-            plain, **{name: larger(getattr(plain, name)) for name in lengths},
-            gaits=tuple(gait.scaled(tall, wide) for gait in plain.gaits),
-            held_gaits=tuple(gait.scaled(tall, wide) for gait in plain.held_gaits),
-            held=tuple((friction, tall * clearance) for friction, clearance in plain.held),
-            stop_margin=wide * plain.stop_margin, foot_gap=wide * plain.foot_gap,
-            chest_swing=plain.chest_swing / tall, weak=robot.config.mass_scale * plain.weak)
+        lengths = ("wider", "gap", "lift_over", "reach", "hand_heights", "nearest", "hand_radius",
+                   "clearance")
+        tucked = config.posture(config.tucked_posture, config.half_sitting)
+        return replace(plain, **{
+            **{name: larger(getattr(plain, name)) for name in lengths},
+            "body": bodies_of(robot).seen_from_above(tucked, config.arm.joints[_SHOULDER:]),
+            "gaits": tuple(gait.scaled(tall, wide) for gait in plain.gaits),
+            "held_gaits": tuple(gait.scaled(tall, wide) for gait in plain.held_gaits),
+            "held": tuple((friction, arm * clearance) for friction, clearance in plain.held),
+            "stop_margin": wide * plain.stop_margin, "foot_gap": wide * plain.foot_gap,
+            "chest_swing": plain.chest_swing / tall, "weak": config.mass_scale * plain.weak,
+            **own})
 
     @property
     def yields(self) -> bool:
