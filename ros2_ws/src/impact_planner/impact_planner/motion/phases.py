@@ -58,7 +58,7 @@ def plan_phases(task: Task, hit: HitDesign) -> Phases:
     after = plan_after_hit(task, hit)  # first, because it refuses most often
     require_leaving(task, hit, after.motion)
     branches = plan_branches(task, hit, after.rest)
-    approach = plan_approach(robot, hit.stance, run_up.y_start, settings.timing, settings.period)
+    approach = plan_approach(robot, hit.stance, run_up.y_start, settings)
 
     def unmoved(motion: Motion) -> LeafCourse:
         return _leaf(task, hit, np.full(len(motion), task.wanted.initial_angle))

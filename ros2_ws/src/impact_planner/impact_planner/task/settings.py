@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
 from typing import Annotated, Any, Literal, get_args
 
 from door_impact_common.documents import STRICT, Positive, checked, descriptions, number
@@ -35,23 +34,6 @@ _Positive = Annotated[float | None, BeforeValidator(_if_not_negative)]
 
 
 @dataclass(frozen=True, config=STRICT)
-class ApproachTiming:
-    """Durations of the slow phases before the run-up.
-
-    Attributes:
-        prepare: Duration from half-sitting to the run-up's waist height with the arm braced [s].
-        shift: Duration of moving the CoM over the left foot [s].
-        step: Duration of moving the right foot to its place at the hit [s].
-        back: Duration of moving the CoM to the start of the run-up [s].
-    """
-
-    prepare: Positive = 2.0
-    shift: Positive = 1.5
-    step: Positive = 1.2
-    back: Positive = 1.5
-
-
-@dataclass(frozen=True, config=STRICT)
 class PlannerSettings:
     """Configuration of the planner.
 
@@ -61,7 +43,6 @@ class PlannerSettings:
     Attributes:
         nominal_l_b: Distance of B from the hinge where nothing else decides it, the paper's [m].
         period: Sampling period of the motions [s].
-        timing: Durations of the slow phases.
     """
 
     door_distance: _Positive = number(
@@ -132,7 +113,6 @@ class PlannerSettings:
         "that hits can teach")
     nominal_l_b: Positive = 0.42
     period: Positive = 0.005
-    timing: ApproachTiming = field(default_factory=ApproachTiming)
 
     @model_validator(mode="after")
     def _least_below_largest(self) -> PlannerSettings:
