@@ -4,6 +4,7 @@ Lengths shrink by s, masses by s^3, and times by s^0.5, because gravity stays as
 """
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,10 @@ from door_model.door.config import DoorConfig, load_door
 from hrp2_description.data import data_path
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
+from motion_execution.settings import ExecutionSettings
 from walking.footsteps.footstep import Pose
+from walking.passing.settings import PassageSettings
+from walking.pattern.settings import WalkSettings
 
 S = 0.7
 URDF = {"xyz": 1, "size": 1, "radius": 1, "length": 1, "velocity": -0.5, "effort": 4,
@@ -78,6 +82,15 @@ def test_it_opens_the_door_as_far(robot: RobotModel, door: DoorConfig, tmp_path:
     assert angle.max() == pytest.approx(25.0, abs=1.0)
     assert angle[-1] == pytest.approx(25.0, abs=1.5)
     assert run.log.stood
+
+
+@pytest.mark.parametrize(("kind", "own"), [
+    (PassageSettings, {"gap": 0.05, "stop_margin": 0.005, "weak": 13.0}),
+    (WalkSettings, {"lift": 0.045}), (ExecutionSettings, {"felt_force": 80.0})])
+def test_only_defaults_are_scaled(robot: RobotModel, kind: Any, own: dict[str, float]) -> None:
+    """What is given is used as it is, even where it equals HRP-2's default."""
+    assert all(getattr(kind.of(robot), name) != value for name, value in own.items())
+    assert kind.of(robot, **own) == replace(kind.of(robot), **own)
 
 
 def test_it_walks(robot: RobotModel) -> None:

@@ -141,22 +141,21 @@ class PassageSettings:
 
     @classmethod
     def of(cls, robot: RobotModel, **own: Any) -> PassageSettings:
-        """Return a robot's defaults: HRP-2's by height, soles and mass; `own` replaces others."""
+        """Return HRP-2's defaults by a robot's height, soles and mass, and `own` as it is."""
         tall, wide = robot.height_scale, robot.config.sole_scale
-        plain = cls(**own)
 
         def larger(lengths: Any) -> Any:
             return tuple(map(larger, lengths)) if isinstance(lengths, tuple) else tall * lengths
 
         lengths = ("body", "wider", "gap", "lift_over", "reach", "hand_heights", "nearest",
                    "hand_radius", "clearance")
-        return replace(
-            plain, **{name: larger(getattr(plain, name)) for name in lengths},
-            gaits=tuple(gait.scaled(tall, wide) for gait in plain.gaits),
-            held_gaits=tuple(gait.scaled(tall, wide) for gait in plain.held_gaits),
-            held=tuple((friction, tall * clearance) for friction, clearance in plain.held),
-            stop_margin=wide * plain.stop_margin, foot_gap=wide * plain.foot_gap,
-            chest_swing=plain.chest_swing / tall, weak=robot.config.mass_scale * plain.weak)
+        scaled = {name: larger(getattr(cls, name)) for name in lengths} | {
+            "gaits": tuple(gait.scaled(tall, wide) for gait in cls.gaits),
+            "held_gaits": tuple(gait.scaled(tall, wide) for gait in cls.held_gaits),
+            "held": tuple((friction, tall * clearance) for friction, clearance in cls.held),
+            "stop_margin": wide * cls.stop_margin, "foot_gap": wide * cls.foot_gap,
+            "chest_swing": cls.chest_swing / tall, "weak": robot.config.mass_scale * cls.weak}
+        return cls(**scaled | own)
 
     @property
     def yields(self) -> bool:
@@ -199,9 +198,8 @@ class PassageSettings:
 
     def walk(self, robot: RobotModel, gait: Gait, force: float) -> WalkSettings:
         """Return the settings of the walk with a gait, and a force of the held leaf [N]."""
-        return replace(
-            WalkSettings.of(robot),
-            start=self.start + self.settling * force, waist_height=gait.waist_height,
+        return WalkSettings.of(
+            robot, start=self.start + self.settling * force, waist_height=gait.waist_height,
             chest_swing=self.chest_swing, zmp_inward=gait.zmp_inward,
             first_inward=gait.first_inward, required_margin=gait.required_margin,
             friction=self.friction)
