@@ -8,6 +8,7 @@ import pytest
 from door_impact_common.constants import GRAVITY
 from door_impact_evaluation.run import evaluation
 from door_impact_evaluation.run.rehearsal import rehearse
+from door_impact_view.scene.urdf import read_urdf
 from door_model.door.config import load_door
 from hrp2_description.data import data_path, share_folders
 from hrp2_description.errors import RobotConfigError
@@ -45,10 +46,11 @@ def test_they_stand_on_what_they_weigh(name: str, engine: str) -> None:
 
 def test_other_joints_are_fixed_and_meshes_found() -> None:
     """Talos' URDF has 44 joints; 28 move in what every reader gets, and each mesh has a path."""
-    model = free_floating_model(load_robot_config("talos"))
+    robot = load_robot_config("talos")
+    model = free_floating_model(robot)
     assert model.nv == 6 + 28
-    pin.buildGeomFromUrdf(
-        model, str(load_robot_config("talos").urdf_path), pin.GeometryType.COLLISION)
+    pin.buildGeomFromUrdf(model, str(robot.urdf_path), pin.GeometryType.COLLISION)
+    assert not read_urdf(robot.urdf_path.read_text()).note
 
 
 def test_a_link_that_is_no_sole_is_refused(tmp_path: Path) -> None:

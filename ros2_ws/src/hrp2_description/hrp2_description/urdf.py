@@ -18,12 +18,11 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.files import read_file
 
-from hrp2_description.data import data_path, share_folders
+from hrp2_description.data import data_path, package_file
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot_types import LARGEST, Frame
 
 FIXED = ("fixed", "floating", "planar")  # types of joints without a limited range
-_IN_PACKAGE = "package://"
 _MASSES = (1.0, 1000.0)  # of a humanoid [kg]
 _GYRATION = 2.0  # largest radius of gyration of a link, one of 7 m [m]
 _DENSEST = 22600.0  # osmium [kg/m^3]
@@ -124,15 +123,12 @@ class Urdf:
 
     def _mesh(self, name: str) -> Path | str:
         """Return the path of a mesh's file, or its name where there is no such file."""
-        plain = name.removeprefix("file://")
-        if name.startswith(_IN_PACKAGE):
-            plain = name.removeprefix(_IN_PACKAGE).lstrip("/")
-            package, _, place = plain.partition("/")
-            places = [*(folder / place for folder in share_folders(package)),
-                      *(folder / plain for folder in self.path.resolve().parents)]
-        else:
-            places = [self.path.resolve().parent / plain]
-        return next((path for path in places if path.is_file()), name)
+        folders = self.path.resolve().parents
+        places = [folders[0] / name.removeprefix("file://")]
+        if name.startswith("package://"):  # of a package that is not installed, too
+            places = [folder / name.removeprefix("package://").lstrip("/") for folder in folders]
+        found = next((path for path in places if path.is_file()), None)
+        return found or package_file(name) or name
 
     def frame(self, joint: str) -> tuple[list[float], list[float], list[float]]:
         """Return the origin xyz [m] and rpy [rad] of a joint in its parent link, and its axis."""
@@ -217,13 +213,9 @@ def find_urdf(name: str, config_file: Path) -> Path:
     Raises:
         RobotConfigError: There is no such file.
     """
-    if name.startswith(_IN_PACKAGE):
-        package, _, place = name.removeprefix(_IN_PACKAGE).partition("/")
-        tried = [folder / place for folder in share_folders(package)]
-    else:
-        tried = [config_file.parent / name, config_file.parent.parent / name, data_path(name)]
-    for path in tried:
-        if path.is_file():
+    places = [config_file.parent / name, config_file.parent.parent / name, data_path(name)]
+    for path in (*places, package_file(name)):
+        if path is not None and path.is_file():
             return path
     raise RobotConfigError(
         "there is no URDF", value=name,
