@@ -30,11 +30,11 @@ _ROUNDING = 0.01  # share of the largest moment of inertia that counts as rounde
 _TINY = 1e-6  # share of the largest moment of inertia, or that of a ball, that counts as 0
 # How many numbers attributes of links and joints have; others that are read have one.
 _COUNTS = {"xyz": 3, "rpy": 3, "size": 3, "scale": 3, "radius": 1, "length": 1}
-# A frame without weight: simulators give a link without inertia one kilogram.
-_FRAME = """<robot><link name="{0}"><inertial><mass value="1e-9"/>
-<inertia ixx="1e-12" ixy="0" ixz="0" iyy="1e-12" iyz="0" izz="1e-12"/></inertial></link>
-<joint name="{0}_joint" type="fixed"><parent link="{1}"/><child link="{0}"/>
-<origin xyz="{2}" rpy="{3}"/></joint></robot>"""
+_FRAME = """<robot><link name="{0}"/><joint name="{0}_joint" type="fixed"><parent link="{1}"/>
+<child link="{0}"/><origin xyz="{2}" rpy="{3}"/></joint></robot>"""
+# Simulators give a link without inertia one kilogram.
+_WEIGHTLESS = """<inertial><mass value="1e-9"/>
+<inertia ixx="1e-12" ixy="0" ixz="0" iyy="1e-12" iyz="0" izz="1e-12"/></inertial>"""
 _TURN = 2.01 * math.pi  # largest angle of an origin [rad]
 _UNIT = 1e-3  # largest deviation of an axis' length
 _FASTEST, _STRONGEST = 60.0, 5000.0  # limits of joints that are improbable [rad/s], [N m]
@@ -103,8 +103,8 @@ class Urdf:
     def written(self, moving: Sequence[str]) -> Path:
         """Return the path of the URDF that every reader gets.
 
-        All joints that do not move are fixed in it, and its meshes have absolute paths. Where the
-        file differs from that, another one is written among the temporary files.
+        All joints that do not move are fixed in it, all links have an inertia, and its meshes have
+        absolute paths. Where the file differs from that, another one is written.
 
         Args:
             moving: Names of the joints that move.
@@ -114,6 +114,9 @@ class Urdf:
                 joint.attrib["type"] = "fixed"
                 for part in joint.findall("limit") + joint.findall("mimic"):
                     joint.remove(part)
+        for link in self.links.values():
+            if link.find("inertial") is None:
+                link.append(ET.fromstring(_WEIGHTLESS))
         for mesh in self._robot.iter("mesh"):
             mesh.attrib["filename"] = str(self._mesh(mesh.attrib["filename"]))
         text = ET.tostring(self._robot, encoding="unicode")

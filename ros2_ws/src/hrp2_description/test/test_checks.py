@@ -77,8 +77,9 @@ def robot(folder, urdf=URDF, yaml=YAML):
 ])
 def test_links_and_joints_that_cannot_be_are_refused_by_name(tmp_path, name, change, match):
     """Masses, principal moments, limits and axes, with the value that was found."""
+    mark = "frames: {mark: {link: RLEG_LINK3, xyz: [0, 0, 0]}}\n"  # gives its link no weight
     with pytest.raises(RobotConfigError, match=match):
-        robot(tmp_path, edited(name, change))
+        robot(tmp_path, edited(name, change), YAML + mark)
 
 
 @pytest.mark.parametrize(("urdf", "match"), [

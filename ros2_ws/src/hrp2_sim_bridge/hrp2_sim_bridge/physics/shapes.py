@@ -26,8 +26,6 @@ from hrp2_sim_bridge.errors import ModelError
 _OFF = 0.005  # largest distance of a sole's plane from its foot's lowest point [m]
 _THICK = 0.02  # height of the box that stands for a foot [m]
 _CORNERS = 64  # most corners of a hull; those of Talos and G1 lose 7.5 mm at most
-_WEIGHTLESS = ('<inertial><mass value="1e-9"/><inertia ixx="1e-12" iyy="1e-12" izz="1e-12" '
-               'ixy="0" ixz="0" iyz="0"/></inertial>')
 
 
 def simulated_urdf(robot: RobotConfig) -> Path:
@@ -42,10 +40,6 @@ def simulated_urdf(robot: RobotConfig) -> Path:
     model = free_floating_model(robot)
     geometry, missing = collision_shapes(model, robot)
     changed = False
-    for link in links.values():
-        if link.find("inertial") is None:  # PyBullet would give it one kilogram
-            link.append(ET.fromstring(_WEIGHTLESS))
-            changed = True
     for side in SIDES:
         sole = robot.feet[side].sole
         if links[sole].find("collision") is None:

@@ -82,8 +82,6 @@ def _prepare_sole(client: Any, body: int, sole: int, rubber: SoleRubber | None) 
 
 def _moments(link: ET.Element) -> Array:
     """Return the principal moments of a link's inertia in ascending order, (3,) [kg m^2]."""
-    element = link.find("inertial/inertia")
-    if element is None:
-        return np.zeros(3)
+    (element,) = link.iterfind("inertial/inertia")
     entries = [float(element.attrib[name]) for name in _ENTRIES]
     return np.asarray(np.linalg.eigvalsh(np.reshape(entries, (3, 3))))
