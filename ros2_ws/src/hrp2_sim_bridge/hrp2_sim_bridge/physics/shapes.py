@@ -1,4 +1,4 @@
-"""The URDF that both engines read: what touches something in it has few corners.
+"""Writes the URDF that both engines load: soles as boxes, elbow and hand as balls, meshes as hulls.
 
 A mesh of a sole or an elbow meets floor or leaf at several points, each of which the engines make
 as stiff as the whole surface. So a sole is a box, and elbow and hand are balls, as the planner
@@ -43,10 +43,12 @@ def simulated_urdf(robot: RobotConfig) -> Path:
     for side in SIDES:
         sole = robot.feet[side].sole
         if links[sole].find("collision") is None:
-            foot = _welded(root, sole)
-            _require_sole(model, geometry, sole, foot)
-            for name in foot:
-                _remove_shapes(links[name])
+            joint = model.frames[model.getFrameId(sole)].parentJoint
+            _require_sole(model, geometry, sole, joint)
+            welded = {frame.name for frame in model.frames if frame.parentJoint == joint}
+            for link in (links[name] for name in links.keys() & welded):
+                for shape in link.findall("collision"):
+                    link.remove(shape)
             x_min, x_max, y_min, y_max = robot.soles[side]
             middle = 0.5 * (x_min + x_max), 0.5 * (y_min + y_max), 0.5 * _THICK
             _add_shape(links[sole], "box", middle, size=(x_max - x_min, y_max - y_min, _THICK))
@@ -74,21 +76,6 @@ def simulated_urdf(robot: RobotConfig) -> Path:
     return temporary("simulated.urdf", ET.tostring(root, encoding="unicode"))
 
 
-def _welded(root: ET.Element, link: str) -> set[str]:
-    """Return the names of all links that fixed joints weld to a link, with its own."""
-    pairs = [tuple(joint.find(end).attrib["link"] for end in ("parent", "child"))  # type: ignore[union-attr]
-             for joint in root.findall("joint[@type='fixed']")]
-    found = {link}
-    while grown := {each for pair in pairs if found & {*pair} for each in pair} - found:
-        found |= grown
-    return found
-
-
-def _remove_shapes(link: ET.Element) -> None:
-    for shape in link.findall("collision"):
-        link.remove(shape)
-
-
 def _add_shape(
     link: ET.Element, kind: str, place: tuple[float, ...], **numbers: tuple[float, ...]
 ) -> None:
@@ -98,11 +85,11 @@ def _add_shape(
         name: _text(values) for name, values in numbers.items()})
 
 
-def _require_sole(model: Any, geometry: Any, sole: str, foot: set[str]) -> None:
+def _require_sole(model: Any, geometry: Any, sole: str, joint: int) -> None:
     """Refuse a sole whose plane is not that of the lowest point of its foot's shapes."""
     place, lowest = model.frames[model.getFrameId(sole)].placement, math.inf
     for item in geometry.geometryObjects:
-        if model.frames[item.parentFrame].name in foot:
+        if item.parentJoint == joint:
             if hasattr(item.geometry, "points"):
                 points = np.asarray(item.geometry.points())
             else:
