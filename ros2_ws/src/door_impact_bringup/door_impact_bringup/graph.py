@@ -9,9 +9,9 @@ import rclpy
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from door_impact_common.errors import DoorImpactError
+from door_impact_common.files import cached
 from door_impact_common.node import DISCOVERY_TIME
 from door_impact_common.yaml_files import read_yaml
-from hrp2_description.urdf import temporary
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.hit.placement import configured_placement
 from rclpy.node import Node
@@ -44,7 +44,7 @@ def parameters_for(robot: RobotModel) -> str:
     path = Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml"
     parameters = read_yaml(path)
     parameters["/**"]["ros__parameters"] |= vars(configured_placement(robot))
-    return str(temporary("params.yaml", yaml.safe_dump(parameters)))
+    return str(cached("params.yaml", yaml.safe_dump(parameters)))
 
 
 def launch_command() -> list[str]:

@@ -6,17 +6,14 @@ the same names. The error of a number that belongs to another unit asks for that
 
 from __future__ import annotations
 
-import hashlib
 import math
-import os
-import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.files import read_file
+from door_impact_common.files import cached, read_file
 
 from hrp2_description.data import data_path, package_file
 from hrp2_description.errors import RobotConfigError
@@ -122,7 +119,7 @@ class Urdf:
         text = ET.tostring(self._robot, encoding="unicode")
         if text == ET.tostring(ET.fromstring(self._text), encoding="unicode"):
             return self.path
-        return temporary(f"{self.path.stem}.urdf", text)
+        return cached(f"{self.path.stem}.urdf", text)
 
     def _mesh(self, name: str) -> Path | str:
         """Return the path of a mesh's file, or its name where there is no such file."""
@@ -195,19 +192,6 @@ class Urdf:
                 limit="joints of the URDF, each of them once" if others else "the same set",
             )
         return np.array([_limits(name, self.joints[name]) for name in names])
-
-
-def temporary(name: str, text: str) -> Path:
-    """Write a text to a temporary file of its own, which other texts do not replace; return it."""
-    folder = Path(tempfile.gettempdir()) / f"hrp2_description_{os.getuid()}" / hashlib.sha256(
-        text.encode()).hexdigest()[:16]
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / name
-    if not path.is_file():  # another process may do the same at this time
-        new = folder / f"{os.getpid()}"
-        new.write_text(text, encoding="utf-8")
-        new.replace(path)
-    return path
 
 
 def find_urdf(name: str, config_file: Path) -> Path:

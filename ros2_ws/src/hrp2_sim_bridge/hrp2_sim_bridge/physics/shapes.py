@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.files import cached
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import SIDES, RobotConfig
-from hrp2_description.urdf import temporary
 from humanoid_motion.pinocchio_model import collision_shapes, free_floating_model
 from scipy.spatial import ConvexHull
 
@@ -70,10 +70,10 @@ def simulated_urdf(robot: RobotConfig) -> Path:
                 mesh = shape.find("geometry/mesh")
                 if mesh is not None:
                     name = f"{link.attrib['name']}_{index}"
-                    mesh.attrib = {"filename": str(temporary(f"{name}.obj", hulls[name]))}
+                    mesh.attrib = {"filename": str(cached(f"{name}.obj", hulls[name]))}
     if not changed and not meshed:
         return robot.urdf_path
-    return temporary("simulated.urdf", ET.tostring(root, encoding="unicode"))
+    return cached("simulated.urdf", ET.tostring(root, encoding="unicode"))
 
 
 def _add_shape(
