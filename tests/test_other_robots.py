@@ -45,12 +45,16 @@ def test_they_stand_on_what_they_weigh(name: str, engine: str) -> None:
 
 
 def test_other_joints_are_fixed_and_meshes_found() -> None:
-    """Talos' URDF has 44 joints; 28 move in what every reader gets, and each mesh has a path."""
+    """Talos' URDF has 44 joints; 28 move in what every reader gets, and each mesh has a path.
+
+    Its hulls are computed once, not at each reset of a world.
+    """
     robot = load_robot_config("talos")
     model = free_floating_model(robot)
     assert model.nv == 6 + 28
     pin.buildGeomFromUrdf(model, str(robot.urdf_path), pin.GeometryType.COLLISION)
     assert not read_urdf(robot.urdf_path.read_text()).note
+    assert simulated_urdf(robot) is simulated_urdf(robot)
 
 
 def test_a_link_that_is_no_sole_is_refused(tmp_path: Path) -> None:

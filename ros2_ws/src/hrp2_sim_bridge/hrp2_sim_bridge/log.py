@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hrp2_sim_bridge.control.drives import Actuation
 from hrp2_sim_bridge.physics.engine import DoorState, Engine, SimulatedRobot, Touch
-from hrp2_sim_bridge.physics.kinematics import Kinematics, SensedBodies
+from hrp2_sim_bridge.physics.kinematics import Kinematics, sensed_bodies
 from hrp2_sim_bridge.sensors.sensors import outer_wrenches
 from hrp2_sim_bridge.settings import SAMPLE, TICK
 
@@ -98,7 +98,7 @@ class TruthLog:
         before = np.maximum(np.arange(-1, len(base) - 1), 0)
         wrenches = outer_wrenches(
             kept["reactions"], links.at((before, feet)), links.at((slice(None), feet)), SAMPLE,
-            SensedBodies(robot))
+            sensed_bodies(robot))
         log: dict[str, Any] = {
             "time": kept["time"],
             "base_position": base[:, :3],

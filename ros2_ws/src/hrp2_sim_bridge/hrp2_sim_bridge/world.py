@@ -40,7 +40,7 @@ from hrp2_sim_bridge.physics.engine import (
     sensed_links,
 )
 from hrp2_sim_bridge.physics.engines import make_engine
-from hrp2_sim_bridge.physics.kinematics import Kinematics, LinkStates, SensedBodies
+from hrp2_sim_bridge.physics.kinematics import Kinematics, LinkStates, sensed_bodies
 from hrp2_sim_bridge.physics.robot_loads import FallWatch, HitMeter, RobotPushes
 from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors, outer_wrenches
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
@@ -137,7 +137,7 @@ class World(Driver):
         self.engine = make_engine(engine) if isinstance(engine, str) else engine
         self._log = (TruthLog(self.settings.log_seconds, len(robot.joint_names))
                      if self.settings.log else None)
-        self._bodies = SensedBodies(robot)
+        self._bodies = sensed_bodies(robot)
         self._kinematics = Kinematics(robot, [*sensed_links(robot), robot.imu_frame])
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)
         self._encoder = EncoderCounter(int(offset), self.settings.encoder_bits)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -78,6 +79,9 @@ class SensedBodies:
         self.carriers = [child.name for child in children]
         self.places = [child.placement.actInv(frame)
                        for child, frame in zip(children, frames, strict=True)]
+
+
+sensed_bodies = lru_cache(maxsize=8)(SensedBodies)  # of a robot, of which there are few
 
 
 def _require_above(model: Any, link: str, joint: str) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 import xml.etree.ElementTree as ET
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ _THICK = 0.02  # height of the box that stands for a foot [m]
 _CORNERS = 64  # most corners of a hull; those of Talos and G1 lose 7.5 mm at most
 
 
+@lru_cache(maxsize=8)  # convex hulls take long, and a world reads it at each reset
 def simulated_urdf(robot: RobotConfig) -> Path:
     """Return the path of the URDF for the engines; the robot's own where it needs no change.
 
