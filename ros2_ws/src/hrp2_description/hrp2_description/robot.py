@@ -186,6 +186,7 @@ def _build(file: _File, urdf: Urdf) -> RobotConfig:
         soles={"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)},
         braced_posture=_radians(file.braced_posture_deg),
         tucked_posture=_radians(file.tucked_posture_deg or {}),
+        urdf_file=urdf.path,
         urdf_path=urdf.written(names),
         root_link=urdf.tree[0][1],
         drives=_drives(file, names),

@@ -332,7 +332,8 @@ class RobotConfig:
         hand_link: Link at the middle of the right hand.
         braced_posture: Joint angles of the right arm during the hit [rad].
         braced_joints: Joints that the brace relieves.
-        urdf_path: Path of the URDF.
+        urdf_file: Path of the URDF that the file names, for messages.
+        urdf_path: Path of the URDF for readers, as `Urdf.written` has made it.
         root_link: Link from which the URDF's tree grows: what comments call base_link.
         hand_radius: Radius of the hand [m]; None means that of the URDF's collision sphere.
         clearance: Smallest distance between bodies, and between a body and the leaf [m].
@@ -370,6 +371,7 @@ class RobotConfig:
     hand_link: str
     braced_posture: Mapping[str, float]
     braced_joints: tuple[str, ...]
+    urdf_file: Path
     urdf_path: Path
     root_link: str
     hand_radius: float | None = None
