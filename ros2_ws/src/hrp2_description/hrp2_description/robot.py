@@ -17,28 +17,25 @@ from door_impact_common.yaml_files import read_yaml
 from pydantic import AfterValidator, Field, model_validator
 
 from hrp2_description.data import data_path
+from hrp2_description.drives_and_pads import Brace, Drives, SoleRubber
 from hrp2_description.errors import RobotConfigError
+from hrp2_description.quantities import Length, in_metres
 from hrp2_description.robot_types import (
     Arm,
-    Brace,
-    Drives,
     FootNames,
     FootSensors,
     Frame,
-    Length,
     Rect,
     RobotConfig,
-    SoleRubber,
     Step,
     StepLimits,
     WristSensor,
-    in_metres,
     needed,
 )
 from hrp2_description.urdf import Urdf, doubts, find_urdf
 
 __all__ = [
-    "Brace", "Drives", "RobotConfig", "SoleRubber", "StepLimits", "load_robot_config", "needed",
+    "RobotConfig", "StepLimits", "load_robot_config", "needed",
 ]
 
 T = TypeVar("T")

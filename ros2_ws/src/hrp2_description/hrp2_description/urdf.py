@@ -17,7 +17,8 @@ from door_impact_common.files import cached, read_file
 
 from hrp2_description.data import data_path, package_file
 from hrp2_description.errors import RobotConfigError
-from hrp2_description.robot_types import LARGEST, Frame
+from hrp2_description.quantities import LARGEST
+from hrp2_description.robot_types import Frame
 
 FIXED = ("fixed", "floating", "planar")  # types of joints without a limited range
 _MASSES = (1.0, 1000.0)  # of a humanoid [kg]

@@ -13,7 +13,7 @@ import math
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from hrp2_description.robot import Drives
+from hrp2_description.drives_and_pads import Drives
 from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 
 from hrp2_sim_bridge.physics.brace import BracePads

@@ -11,9 +11,9 @@ from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 from door_model.door.frame import FixedBox, frame_boxes
 from door_model.door.geometry import before
+from hrp2_description.drives_and_pads import Drives, SoleRubber
 from hrp2_description.errors import RobotConfigError
-from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
-from hrp2_description.robot_types import Drives
+from hrp2_description.robot import SIDES, RobotConfig
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.settings import FARTHEST, WorldSettings

@@ -34,7 +34,8 @@ from door_impact_common.constants import GRAVITY
 from door_model.door.config import DoorConfig
 from door_model.door.frame import THRESHOLD
 from door_model.door.geometry import along
-from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
+from hrp2_description.drives_and_pads import SoleRubber
+from hrp2_description.robot import SIDES, RobotConfig
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.contact import ContactDesign

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
+from hrp2_description.drives_and_pads import SoleRubber
+from hrp2_description.robot import SIDES, RobotConfig
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.shapes import simulated_urdf
