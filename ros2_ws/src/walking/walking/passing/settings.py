@@ -30,7 +30,7 @@ class Gait(NamedTuple):
     required_margin: float
 
     def scaled(self, tall: float, wide: float) -> Gait:
-        """Return the gait of a robot that is as tall, and has soles as wide, by HRP-2's."""
+        """Return the gait of a robot whose height and soles are `tall` and `wide` times HRP-2's."""
         return Gait(self.waist_height * tall, *(wide * each for each in self[1:]))
 
 
