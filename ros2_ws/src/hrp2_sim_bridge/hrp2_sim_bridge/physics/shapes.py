@@ -31,7 +31,7 @@ _CORNERS = 64  # most corners of a hull; those of Talos and G1 lose 7.5 mm at mo
 
 @lru_cache(maxsize=8)  # convex hulls take long, and a world reads it at each reset
 def simulated_urdf(robot: RobotConfig) -> Path:
-    """Return the path of the URDF for the engines; the robot's own where it needs no change.
+    """Return the path of the URDF for the engines.
 
     Raises:
         ModelError: The file of a mesh is missing.
@@ -41,7 +41,6 @@ def simulated_urdf(robot: RobotConfig) -> Path:
     links = {link.attrib["name"]: link for link in root.findall("link")}
     model = free_floating_model(robot)
     geometry, missing = collision_shapes(model, robot)
-    changed = False
     for side in SIDES:
         sole = robot.feet[side].sole
         if links[sole].find("collision") is None:
@@ -54,27 +53,20 @@ def simulated_urdf(robot: RobotConfig) -> Path:
             x_min, x_max, y_min, y_max = robot.soles[side]
             middle = 0.5 * (x_min + x_max), 0.5 * (y_min + y_max), 0.5 * _THICK
             _add_shape(links[sole], "box", middle, size=(x_max - x_min, y_max - y_min, _THICK))
-            changed = True
     for name, radius in (
             (robot.contact_link, robot.contact_radius), (robot.hand_link, robot.hand_radius)):
         if radius is not None and links[name].find("collision/geometry/sphere") is None:
             _add_shape(links[name], "sphere", (0.0, 0.0, 0.0), radius=(radius,))
-            changed = True
-    meshed = [link for link in links.values() if link.find("collision/geometry/mesh") is not None]
-    if meshed:
-        if missing:
-            raise ModelError(robot.name, ", ".join(missing), "a file for each mesh",
-                             "links whose meshes are missing")
-        hulls = {item.name: _obj(np.asarray(item.geometry.points()))
-                 for item in geometry.geometryObjects if hasattr(item.geometry, "points")}
-        for link in meshed:
-            for index, shape in enumerate(link.findall("collision")):
-                mesh = shape.find("geometry/mesh")
-                if mesh is not None:
-                    name = f"{link.attrib['name']}_{index}"
-                    mesh.attrib = {"filename": str(cached(f"{name}.obj", hulls[name]))}
-    if not changed and not meshed:
-        return robot.urdf_path
+    hulls = {item.name: _obj(np.asarray(item.geometry.points()))
+             for item in geometry.geometryObjects if hasattr(item.geometry, "points")}
+    for link_name, link in links.items():
+        for index, shape in enumerate(link.findall("collision")):
+            mesh, name = shape.find("geometry/mesh"), f"{link_name}_{index}"
+            if mesh is not None and missing:
+                raise ModelError(robot.name, ", ".join(missing), "a file for each mesh",
+                                 "links whose meshes are missing")
+            if mesh is not None:
+                mesh.attrib = {"filename": str(cached(f"{name}.obj", hulls[name]))}
     return cached("simulated.urdf", ET.tostring(root, encoding="unicode"))
 
 
