@@ -40,21 +40,32 @@ def link() -> DriverLink:
     return DriverLink(KinematicRobot(leaf), robot, known)
 
 
-def test_a_hit_opens_the_door_and_nothing_else_begins_meanwhile(link: DriverLink) -> None:
+def test_nothing_begins_beside_a_hit_and_a_walk_after_it_folds_the_arm_and_lets_the_leaf_go(
+        link: DriverLink) -> None:
+    """The robot arrives in half-sitting, and the door is shut; through it no way leads."""
     plan = link.plan_hit(HitRequest(math.radians(25.0), "hold", "", -1.0, -1.0)).result()
     other = []
 
-    def walk(_: object) -> None:
+    def order(_: object) -> None:
         if link.mission.body.motion is not None and not other:
             other.append(link.mission.run(
                 link.mission.walk(WalkGoal(Pose(1.0, 0.0, 0.0)), Order(WALK))))
 
-    link.watches.append(walk)
+    link.watches.append(order)
     hit = link.run(link.mission.hit(plan, Order(HIT)), LONGEST)
     assert (hit.outcome, hit.reason) == (Outcome.SUCCESS, "")
     assert math.degrees(hit.measured.peak_angle) == pytest.approx(25.0, abs=3.0)
     with pytest.raises(NotReady, match="hit is being executed"):
         other[0].result()
+    joints = link.inputs.joints
+    assert joints is not None
+    assert link.robot.folded_by(joints[1]) > 1.0
+    with pytest.raises(WalkInfeasible, match="in the way after"):
+        link.run(link.mission.walk(WalkGoal(Pose(0.0, -2.0, 0.0)), Order(WALK)), LONGEST)
+    walk = link.run(link.mission.walk(WalkGoal(Pose(0.2, 0.0, 0.0)), Order(WALK)), LONGEST)
+    assert (walk.outcome, walk.reason) == (Outcome.SUCCESS, "")
+    assert link.robot.folded_by(link.inputs.joints[1]) < 0.01
+    assert link.inputs.door_angle == pytest.approx(0.0, abs=0.01)
     assert not link.refused
 
 
@@ -76,22 +87,6 @@ def test_a_controller_that_is_activated_anew_ends_the_hit_standing(link: DriverL
     assert hit.outcome is Outcome.NOT_FOLLOWED
     assert "was it activated anew" in hit.reason
     np.testing.assert_allclose(link.inputs.joints[1], held[0], atol=1e-9)
-
-
-def test_a_walk_after_a_hit_folds_the_arm_and_lets_the_leaf_go(link: DriverLink) -> None:
-    """The robot arrives in half-sitting, and the door is shut; through it no way leads."""
-    plan = link.plan_hit(HitRequest(math.radians(25.0), "hold", "", -1.0, -1.0)).result()
-    link.run(link.mission.hit(plan, Order(HIT)), LONGEST)
-    joints = link.inputs.joints
-    assert joints is not None
-    assert link.robot.folded_by(joints[1]) > 1.0
-    with pytest.raises(WalkInfeasible, match="in the way after"):
-        link.run(link.mission.walk(WalkGoal(Pose(0.0, -2.0, 0.0)), Order(WALK)), LONGEST)
-    walk = link.run(link.mission.walk(WalkGoal(Pose(0.2, 0.0, 0.0)), Order(WALK)), LONGEST)
-    assert (walk.outcome, walk.reason) == (Outcome.SUCCESS, "")
-    assert link.robot.folded_by(link.inputs.joints[1]) < 0.01
-    assert link.inputs.door_angle == pytest.approx(0.0, abs=0.01)
-    assert not link.refused
 
 
 def test_a_walk_goes_on_after_a_bad_newer_goal_and_is_stopped_standing(link: DriverLink) -> None:

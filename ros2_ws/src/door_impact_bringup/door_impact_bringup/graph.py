@@ -7,13 +7,12 @@ from pathlib import Path
 
 import rclpy
 import yaml
-from ament_index_python.packages import get_package_share_directory
 from door_impact_common.errors import DoorImpactError
+from door_impact_common.files import cached
 from door_impact_common.node import DISCOVERY_TIME
 from door_impact_common.yaml_files import read_yaml
-from hrp2_description.urdf import temporary
 from humanoid_motion.robot_model import RobotModel
-from impact_planner.hit.placement import configured_placement
+from impact_planner.hit.placement import bringup_parameters, configured_placement
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -39,12 +38,21 @@ def find_ros2() -> str:
     return command
 
 
-def parameters_for(robot: RobotModel) -> str:
-    """Return a copy of params.yaml with the door where a robot's nominal step ends."""
-    path = Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml"
-    parameters = read_yaml(path)
+def parameters_for(robot: RobotModel, given: str) -> str:
+    """Return the parameter file of the nodes: the given one, or empty for that of the bringup.
+
+    Another robot gets a copy of that with the door where its nominal step ends.
+
+    Raises:
+        InputError: The given file cannot be read.
+    """
+    if given:
+        read_yaml(given)
+    if given or robot.config.file is None:
+        return given
+    parameters = bringup_parameters()
     parameters["/**"]["ros__parameters"] |= vars(configured_placement(robot))
-    return str(temporary("params.yaml", yaml.safe_dump(parameters)))
+    return str(cached("params.yaml", yaml.safe_dump(parameters)))
 
 
 def launch_command() -> list[str]:

@@ -13,7 +13,6 @@ from http.client import HTTPConnection, HTTPException
 import rclpy
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.node import executor_of, spin_for
-from door_impact_common.yaml_files import read_yaml
 from door_model.door.config import load_door
 from geometry_msgs.msg import PointStamped
 from hrp2_description.robot import load_robot_config
@@ -75,15 +74,12 @@ def main(args: list[str] | None = None) -> int:
                         help="further arguments of bringup.launch.yaml")
     options = parser.parse_args(args)
     port = _free_port() if options.view == "1" else 0
-    given = {"door": options.door, "robot_config": options.robot, "params": options.params,
+    given = {"door": options.door, "robot_config": options.robot,
              "experience": options.experience, "view": options.view, "view_port": str(port or "")}
     try:  # what each node would refuse is refused once
         load_door(options.door)
-        robot = load_robot_config(options.robot or None)
-        if options.params:
-            read_yaml(options.params)
-        elif options.robot:
-            given["params"] = parameters_for(RobotModel(robot))
+        robot = RobotModel(load_robot_config(options.robot or None))
+        given["params"] = parameters_for(robot, options.params)
         refuse_running_graph()
         command = launch_command()
     except DoorImpactError as error:

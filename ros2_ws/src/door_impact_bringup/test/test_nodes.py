@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,11 @@ import rclpy
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from door_impact_bringup import recorder_node, scene_publisher_node
+from door_impact_bringup.graph import parameters_for
+from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.settings import BRACES, ENGINES, SOLES, WorldSettings
+from humanoid_motion.robot_model import RobotModel
+from impact_planner.hit.placement import bringup_parameters, configured_placement
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -142,6 +147,20 @@ def test_parameters_and_frames_follow_the_namespace() -> None:
     for given, expected in {"": "", "robot1": "robot1/", "/a/b": "a/b/"}.items():
         expression = prefix.removeprefix('$(eval "').removesuffix('")')
         assert eval(expression.replace("$(var namespace)", given)) == expected
+
+
+def test_another_robot_gets_the_parameters_with_its_own_place_of_the_door(tmp_path: Path) -> None:
+    """Only where no file is given; the robot of params.yaml keeps the place in that."""
+    own = RobotModel(load_robot_config())
+    assert parameters_for(own, "") == ""
+    other = RobotModel(replace(own.config, file=Path("other.yaml"), step=replace(
+        own.config.step, nominal=0.2)))
+    made = yaml.safe_load(Path(parameters_for(other, "")).read_text())
+    assert made["/**"]["ros__parameters"].items() >= vars(configured_placement(other)).items()
+    assert made.keys() == bringup_parameters().keys()
+    assert configured_placement(own).door_distance != configured_placement(other).door_distance
+    (tmp_path / "given.yaml").touch()
+    assert parameters_for(other, str(tmp_path / "given.yaml")) == str(tmp_path / "given.yaml")
 
 
 def test_every_node_is_required_but_recorder_and_view() -> None:

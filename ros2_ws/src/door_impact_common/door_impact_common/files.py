@@ -1,9 +1,12 @@
 """How commands end, how files that users name are read, and how files and folders are written."""
 
+import hashlib
 import os
 import stat
 import sys
+import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from door_impact_common.errors import DoorImpactError, InputError, OutputError
@@ -108,6 +111,31 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         partial.unlink(missing_ok=True)
         raise OutputError(
             f"{target} cannot be written: {error.strerror}", value=str(target)) from error
+
+
+def cached(name: str, text: str) -> Path:
+    """Return a file of a name with a text, which other texts do not replace.
+
+    It is in the user's cache ($XDG_CACHE_HOME or ~/.cache), or in the temporary folder where that
+    cannot be written.
+
+    Raises:
+        OutputError: Neither can be written.
+    """
+    content, temporary = text.encode(), tempfile.gettempdir()
+    place = Path(hashlib.sha256(content).hexdigest()[:16], name)
+    homes = os.environ.get("XDG_CACHE_HOME", ""), os.path.expanduser("~/.cache"), temporary
+    home = Path(next(filter(os.path.isabs, homes)))  # the first may be empty, the second without ~
+    spare = Path(temporary, f"hrp2_door_impact_{os.getuid()}")
+    for path in (home / "hrp2_door_impact" / place, spare / place):
+        with suppress(OSError):
+            if path.read_bytes() == content:
+                return path
+        with suppress(OutputError):
+            make_folder(path.parent)
+            write_whole(path, content)
+            return path
+    raise OutputError(f"neither {home} nor {spare} can be written", value=str(home))
 
 
 def draw_into(path: Path, draw: Callable[[], None]) -> None:

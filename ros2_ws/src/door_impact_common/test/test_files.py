@@ -2,11 +2,12 @@
 
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
 from door_impact_common.errors import OutputError, SettingError
-from door_impact_common.files import make_folder, run_command, write_whole
+from door_impact_common.files import cached, make_folder, run_command, write_whole
 
 
 def test_a_file_that_cannot_be_finished_leaves_the_older_one_and_no_part(tmp_path, monkeypatch):
@@ -35,6 +36,23 @@ def test_a_folder_is_made_with_those_above_it_or_an_error_names_it(tmp_path):
     with pytest.raises(OutputError, match="one/two") as caught:
         make_folder(tmp_path / "one" / "two")
     assert caught.value.value == str(tmp_path / "one" / "two")
+
+
+def test_a_text_is_cached_under_its_hash_and_another_file_there_is_not_trusted(
+        tmp_path, monkeypatch):
+    """In the temporary folder where the cache cannot be written."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    first, other = cached("a.urdf", "one °"), cached("a.urdf", "two")
+    assert first.is_relative_to(tmp_path / "cache")
+    first.write_text("forged")
+    assert cached("a.urdf", "one °") == first != other
+    assert first.read_text(encoding="utf-8") == "one °"
+    monkeypatch.setenv("XDG_CACHE_HOME", "/proc")
+    assert cached("a.urdf", "two").is_relative_to(tmp_path / "temporary")
+    monkeypatch.setattr(tempfile, "tempdir", "/proc")
+    with pytest.raises(OutputError, match=r"neither /proc nor /proc/.* can be written"):
+        cached("a.urdf", "two")
 
 
 def test_a_command_prints_its_error_in_one_line(capsys):

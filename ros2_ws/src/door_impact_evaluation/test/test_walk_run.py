@@ -1,4 +1,4 @@
-"""A walk without nodes: what is measured of it, pushes and falls."""
+"""A walk without nodes: pushes and falls; tests/test_scaled_robot.py has one without."""
 
 import math
 
@@ -10,7 +10,6 @@ from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.world import World
 from humanoid_motion.robot_model import RobotModel
-from robot_driver.motion import Outcome
 from walking.footsteps.footstep import Pose
 
 START = Pose(-3.0, 7.5, 2.5)
@@ -26,29 +25,6 @@ def robot():
 def plan(robot):
     """Two steps ahead and a turn, far from the origin."""
     return plan_between(robot, START, START.moved(0.2, 0.0, 0.2))
-
-
-@pytest.fixture(scope="module")
-def walked(robot, plan):
-    """The walk in MuJoCo."""
-    return walk(robot, plan, engine="mujoco", seed=5)
-
-
-def test_a_walk_far_from_the_origin_ends_where_it_was_planned(walked, plan):
-    """It stands upright within millimetres, as a walk from the origin does."""
-    assert walked.stood
-    assert math.hypot(walked.off.x, walked.off.y) < 0.005
-    assert abs(walked.off.yaw) < math.radians(1.0)
-    assert math.degrees(walked.max_tilt) < 1.0
-    assert walked.execution.outcome is Outcome.SUCCESS
-    assert walked.execution.recovered == 0
-    assert walked.execution.steps_made(math.inf) == len(plan.footsteps)
-    assert walked.log.motion.t[-1] >= walked.begin + plan.duration + AFTERWARDS
-
-
-def test_the_margin_is_that_of_turned_soles(walked, plan):
-    """The measured ZMP keeps half of the planned margin; soles along odom would lose it."""
-    assert 0.5 * plan.checks.margin.min() < walked.margin < plan.checks.margin.min()
 
 
 @pytest.mark.nightly("nine seconds")

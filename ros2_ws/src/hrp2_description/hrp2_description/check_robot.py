@@ -43,7 +43,7 @@ def _text(robot: RobotConfig) -> str:
     reach = float(np.linalg.norm(np.diff(arm, axis=0), axis=1).sum())
     lines = [
         f"{robot.name}: {robot.mass:.2f} kg in {len(urdf.links)} links, {len(robot.joint_names)} "
-        f"moving joints; {robot.urdf_path}",
+        f"moving joints; {robot.urdf_file}",
         f"half-sitting: {standing[top][2] - floor:.3f} m high up to {top}; braced elbow "
         f"{braced[robot.contact_link][2] - floor:.3f} m above the floor",
         f"reach: the hand up to {reach:.3f} m from the shoulder; the hit with "

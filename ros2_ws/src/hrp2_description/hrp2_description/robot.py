@@ -17,28 +17,25 @@ from door_impact_common.yaml_files import read_yaml
 from pydantic import AfterValidator, Field, model_validator
 
 from hrp2_description.data import data_path
+from hrp2_description.drives_and_pads import Brace, Drives, SoleRubber
 from hrp2_description.errors import RobotConfigError
+from hrp2_description.quantities import Length, in_metres
 from hrp2_description.robot_types import (
     Arm,
-    Brace,
-    Drives,
     FootNames,
     FootSensors,
     Frame,
-    Length,
     Rect,
     RobotConfig,
-    SoleRubber,
     Step,
     StepLimits,
     WristSensor,
-    in_metres,
     needed,
 )
 from hrp2_description.urdf import Urdf, doubts, find_urdf
 
 __all__ = [
-    "Brace", "Drives", "RobotConfig", "SoleRubber", "StepLimits", "load_robot_config", "needed",
+    "RobotConfig", "StepLimits", "load_robot_config", "needed",
 ]
 
 T = TypeVar("T")
@@ -186,6 +183,7 @@ def _build(file: _File, urdf: Urdf) -> RobotConfig:
         soles={"left": (x_min, x_max, -y_max, -y_min), "right": (x_min, x_max, y_min, y_max)},
         braced_posture=_radians(file.braced_posture_deg),
         tucked_posture=_radians(file.tucked_posture_deg or {}),
+        urdf_file=urdf.path,
         urdf_path=urdf.written(names),
         root_link=urdf.tree[0][1],
         drives=_drives(file, names),

@@ -4,41 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, TypeVar
 
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.documents import STRICT, Name, Number, Positive, Range, Vector
-from pydantic import AfterValidator, ConfigDict, Field, field_validator, model_validator
+from pydantic import AfterValidator, model_validator
 from pydantic.dataclasses import dataclass as described
 
+from hrp2_description.drives_and_pads import Brace, Drives, SoleRubber
 from hrp2_description.errors import RobotConfigError
+from hrp2_description.quantities import Length, in_degrees, in_metres
 
 Rect = tuple[float, float, float, float]
 T = TypeVar("T")
-NAMED = ConfigDict(**STRICT, populate_by_name=True)
-LARGEST = 3.0  # largest length in a description of a humanoid [m]
-_UNIT = 1e-6  # largest deviation of a unit vector's length
 _SOLE_WIDTH, _MASS = 0.13, 58.0  # of HRP-2 [m], [kg]
-
-
-def in_metres(value: T) -> T:
-    """Return a length or several; the error of a larger one than a humanoid has asks for mm."""
-    if np.max(np.abs(np.asarray(value))) > LARGEST:
-        raise ValueError(f"at most {LARGEST:g} m (mm?)")
-    return value
-
-
-def in_degrees(value: float) -> float:
-    """Return an angle; the error of one that is too small for degrees asks for radians."""
-    if abs(value) <= math.pi / 2.0:
-        raise ValueError("above 1.6 deg (radians?)")
-    return value
-
-
-Length = Annotated[Positive, AfterValidator(in_metres)]
 
 
 @described(frozen=True, config=STRICT)
@@ -149,123 +131,6 @@ class Step:
 
 
 @described(frozen=True, config=STRICT)
-class SoleRubber:
-    """Rubber under one whole sole.
-
-    Attributes:
-        stiffness: Stiffness along the vertical [N/m].
-        damping: Damping along the vertical [N s/m].
-    """
-
-    stiffness: Positive
-    damping: Positive
-
-
-@dataclass(frozen=True, eq=False)
-class Drives:
-    """Motors, servos and gears of the joints, all of them seen from the joint's side of the gear.
-
-    Arrays are (J,) in the order of `RobotConfig.joint_names`.
-
-    Attributes:
-        gear_ratio: Motor turns per joint turn [-].
-        rotor_inertia: Inertia of the rotors at the motors [kg m^2].
-        stiffness: Torsional stiffness of the gears [N m/rad].
-        damping: Damping of the gears [N m s/rad].
-        peak_torque: Momentary peak torque of the gears, which they bear a limited number of times
-            [N m].
-        ratcheting_torque: Torque at which the gears' teeth skip [N m].
-        position_gain: Gain of the servos on the error of the motor's angle [N m/rad].
-        speed_gain: Gain of the servos on the error of the motor's speed [N m s/rad].
-    """
-
-    gear_ratio: Array
-    rotor_inertia: Array
-    stiffness: Array
-    damping: Array
-    peak_torque: Array
-    ratcheting_torque: Array
-    position_gain: Array
-    speed_gain: Array
-
-    @property
-    def inertia(self) -> Array:
-        """Inertia of the rotors behind the gears, gear_ratio^2 rotor_inertia, (J,) [kg m^2]."""
-        reflected: Array = self.gear_ratio**2 * self.rotor_inertia
-        return reflected
-
-    def scaled(self, *, rotor: float = 1.0, gear: float = 1.0, servo: float = 1.0) -> Drives:
-        """Return drives whose rotors and gears differ by factors.
-
-        Args:
-            rotor: Factor of the rotors' inertia.
-            gear: Factor of the gears' stiffness and damping.
-            servo: Factor of the servos' gains.
-        """
-        return replace(
-            self, rotor_inertia=rotor * self.rotor_inertia, stiffness=gear * self.stiffness,
-            damping=gear * self.damping, position_gain=servo * self.position_gain,
-            speed_gain=servo * self.speed_gain)
-
-
-@described(frozen=True, config=NAMED)
-class Pad:
-    """Place of a pad on a link.
-
-    Attributes:
-        link: Name of the link.
-        place: Middle of the pad in the link's frame, (3,) [m]; ``xyz`` in the file.
-        size: Radius of the pad [m]; ``radius`` in the file.
-    """
-
-    link: Name
-    place: Annotated[Vector, AfterValidator(in_metres), Field(validation_alias="xyz")]
-    size: Annotated[Length, Field(validation_alias="radius")]
-
-
-@described(frozen=True, config=NAMED)
-class Disc(Pad):
-    """A pad that is a disc; its place is the middle of the outer face.
-
-    Attributes:
-        normal: Outward unit normal of the face in the link's frame, (3,).
-    """
-
-    normal: Vector
-
-    @field_validator("normal")
-    @classmethod
-    def _unit(cls, normal: Vector) -> Vector:
-        if not abs(float(np.linalg.norm(normal)) - 1.0) < _UNIT:
-            raise ValueError("a vector of length 1")
-        return normal
-
-
-@described(frozen=True, config=STRICT)
-class Brace:
-    """The contact through which the hitting arm leans on the trunk in the hit.
-
-    Attributes:
-        arm: Pad on the arm, a ball.
-        trunk: Pad on the trunk.
-        stiffness: Stiffness of the two pads together [N/m].
-        damping: Damping of the two pads together [N s/m].
-        friction: Coefficient of friction between the pads.
-    """
-
-    arm: Pad
-    trunk: Disc
-    stiffness: Positive
-    damping: Positive
-    friction: Positive
-
-    @property
-    def normal(self) -> Vector:
-        """Outward unit normal of the trunk's pad in the frame of the trunk's link, (3,)."""
-        return self.trunk.normal
-
-
-@described(frozen=True, config=STRICT)
 class StepLimits:
     """How far one foot may be placed from the other, in the axes of the foot that stands.
 
@@ -332,7 +197,8 @@ class RobotConfig:
         hand_link: Link at the middle of the right hand.
         braced_posture: Joint angles of the right arm during the hit [rad].
         braced_joints: Joints that the brace relieves.
-        urdf_path: Path of the URDF.
+        urdf_file: Path of the URDF that the file names, for messages.
+        urdf_path: Path of the URDF for readers, as `Urdf.written` has made it.
         root_link: Link from which the URDF's tree grows: what comments call base_link.
         hand_radius: Radius of the hand [m]; None means that of the URDF's collision sphere.
         clearance: Smallest distance between bodies, and between a body and the leaf [m].
@@ -370,6 +236,7 @@ class RobotConfig:
     hand_link: str
     braced_posture: Mapping[str, float]
     braced_joints: tuple[str, ...]
+    urdf_file: Path
     urdf_path: Path
     root_link: str
     hand_radius: float | None = None

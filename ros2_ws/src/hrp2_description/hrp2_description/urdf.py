@@ -6,24 +6,21 @@ the same names. The error of a number that belongs to another unit asks for that
 
 from __future__ import annotations
 
-import hashlib
 import math
-import os
-import tempfile
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.files import read_file
+from door_impact_common.files import cached, read_file
 
-from hrp2_description.data import data_path, share_folders
+from hrp2_description.data import data_path, package_file
 from hrp2_description.errors import RobotConfigError
-from hrp2_description.robot_types import LARGEST, Frame
+from hrp2_description.quantities import LARGEST
+from hrp2_description.robot_types import Frame
 
 FIXED = ("fixed", "floating", "planar")  # types of joints without a limited range
-_IN_PACKAGE = "package://"
 _MASSES = (1.0, 1000.0)  # of a humanoid [kg]
 _GYRATION = 2.0  # largest radius of gyration of a link, one of 7 m [m]
 _DENSEST = 22600.0  # osmium [kg/m^3]
@@ -31,11 +28,11 @@ _ROUNDING = 0.01  # share of the largest moment of inertia that counts as rounde
 _TINY = 1e-6  # share of the largest moment of inertia, or that of a ball, that counts as 0
 # How many numbers attributes of links and joints have; others that are read have one.
 _COUNTS = {"xyz": 3, "rpy": 3, "size": 3, "scale": 3, "radius": 1, "length": 1}
-# A frame without weight: simulators give a link without inertia one kilogram.
-_FRAME = """<robot><link name="{0}"><inertial><mass value="1e-9"/>
-<inertia ixx="1e-12" ixy="0" ixz="0" iyy="1e-12" iyz="0" izz="1e-12"/></inertial></link>
-<joint name="{0}_joint" type="fixed"><parent link="{1}"/><child link="{0}"/>
-<origin xyz="{2}" rpy="{3}"/></joint></robot>"""
+_FRAME = """<robot><link name="{0}"/><joint name="{0}_joint" type="fixed"><parent link="{1}"/>
+<child link="{0}"/><origin xyz="{2}" rpy="{3}"/></joint></robot>"""
+# Simulators give a link without inertia one kilogram.
+_WEIGHTLESS = """<inertial><mass value="1e-9"/>
+<inertia ixx="1e-12" ixy="0" ixz="0" iyy="1e-12" iyz="0" izz="1e-12"/></inertial>"""
 _TURN = 2.01 * math.pi  # largest angle of an origin [rad]
 _UNIT = 1e-3  # largest deviation of an axis' length
 _FASTEST, _STRONGEST = 60.0, 5000.0  # limits of joints that are improbable [rad/s], [N m]
@@ -104,8 +101,8 @@ class Urdf:
     def written(self, moving: Sequence[str]) -> Path:
         """Return the path of the URDF that every reader gets.
 
-        All joints that do not move are fixed in it, and its meshes have absolute paths. Where the
-        file differs from that, another one is written among the temporary files.
+        All joints that do not move are fixed in it, all links have an inertia, and its meshes have
+        absolute paths. Where the file differs from that, another one is written.
 
         Args:
             moving: Names of the joints that move.
@@ -115,24 +112,24 @@ class Urdf:
                 joint.attrib["type"] = "fixed"
                 for part in joint.findall("limit") + joint.findall("mimic"):
                     joint.remove(part)
+        for link in self.links.values():
+            if link.find("inertial") is None:
+                link.append(ET.fromstring(_WEIGHTLESS))
         for mesh in self._robot.iter("mesh"):
             mesh.attrib["filename"] = str(self._mesh(mesh.attrib["filename"]))
         text = ET.tostring(self._robot, encoding="unicode")
         if text == ET.tostring(ET.fromstring(self._text), encoding="unicode"):
             return self.path
-        return temporary(f"{self.path.stem}.urdf", text)
+        return cached(f"{self.path.stem}.urdf", text)
 
     def _mesh(self, name: str) -> Path | str:
         """Return the path of a mesh's file, or its name where there is no such file."""
-        plain = name.removeprefix("file://")
-        if name.startswith(_IN_PACKAGE):
-            plain = name.removeprefix(_IN_PACKAGE).lstrip("/")
-            package, _, place = plain.partition("/")
-            places = [*(folder / place for folder in share_folders(package)),
-                      *(folder / plain for folder in self.path.resolve().parents)]
-        else:
-            places = [self.path.resolve().parent / plain]
-        return next((path for path in places if path.is_file()), name)
+        folders = self.path.resolve().parents
+        places = [folders[0] / name.removeprefix("file://")]
+        if name.startswith("package://"):  # of a package that is not installed, too
+            places = [folder / name.removeprefix("package://").lstrip("/") for folder in folders]
+        found = next((path for path in places if path.is_file()), None)
+        return found or package_file(name) or name
 
     def frame(self, joint: str) -> tuple[list[float], list[float], list[float]]:
         """Return the origin xyz [m] and rpy [rad] of a joint in its parent link, and its axis."""
@@ -198,32 +195,15 @@ class Urdf:
         return np.array([_limits(name, self.joints[name]) for name in names])
 
 
-def temporary(name: str, text: str) -> Path:
-    """Write a text to a temporary file of its own, which other texts do not replace; return it."""
-    folder = Path(tempfile.gettempdir()) / f"hrp2_description_{os.getuid()}" / hashlib.sha256(
-        text.encode()).hexdigest()[:16]
-    folder.mkdir(parents=True, exist_ok=True)
-    path = folder / name
-    if not path.is_file():  # another process may do the same at this time
-        new = folder / f"{os.getpid()}"
-        new.write_text(text, encoding="utf-8")
-        new.replace(path)
-    return path
-
-
 def find_urdf(name: str, config_file: Path) -> Path:
     """Return the path of the URDF that a robot.yaml names.
 
     Raises:
         RobotConfigError: There is no such file.
     """
-    if name.startswith(_IN_PACKAGE):
-        package, _, place = name.removeprefix(_IN_PACKAGE).partition("/")
-        tried = [folder / place for folder in share_folders(package)]
-    else:
-        tried = [config_file.parent / name, config_file.parent.parent / name, data_path(name)]
-    for path in tried:
-        if path.is_file():
+    places = [config_file.parent / name, config_file.parent.parent / name, data_path(name)]
+    for path in (*places, package_file(name)):
+        if path is not None and path.is_file():
             return path
     raise RobotConfigError(
         "there is no URDF", value=name,

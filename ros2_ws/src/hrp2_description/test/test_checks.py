@@ -77,8 +77,9 @@ def robot(folder, urdf=URDF, yaml=YAML):
 ])
 def test_links_and_joints_that_cannot_be_are_refused_by_name(tmp_path, name, change, match):
     """Masses, principal moments, limits and axes, with the value that was found."""
+    mark = "frames: {mark: {link: RLEG_LINK3, xyz: [0, 0, 0]}}\n"  # gives its link no weight
     with pytest.raises(RobotConfigError, match=match):
-        robot(tmp_path, edited(name, change))
+        robot(tmp_path, edited(name, change), YAML + mark)
 
 
 @pytest.mark.parametrize(("urdf", "match"), [
@@ -144,13 +145,20 @@ def test_what_is_improbable_is_doubted(tmp_path, urdf, doubt):
 
 
 def test_check_robot_prints_the_robot_and_ends_with_1_for_one_that_is_refused(tmp_path, capsys):
-    """HRP-2 has 58 kg, its braced elbow is 1 m above the floor; nothing in it is doubted."""
+    """HRP-2 has 58 kg, its braced elbow is 1 m above the floor; nothing in it is doubted.
+
+    The file that is named is the user's, also where readers get another one.
+    """
     assert check_robot.main([]) == 0
     out = capsys.readouterr().out
     assert "58.00 kg in 37 links, 30 moving joints" in out
     assert "braced elbow 1.008 m above the floor" in out
     assert out.count("_JOINT") == 30
     assert "doubt: none" in out
+    frame = edited("l_sole", lambda t: re.sub("<inertial>.*</inertial>", "", t, flags=re.S))
+    assert robot(tmp_path, frame).urdf_path != tmp_path / "robot.urdf"  # it gets an inertia
+    assert check_robot.main([str(tmp_path / "robot.yaml")]) == 0
+    assert str(tmp_path / "robot.urdf") in capsys.readouterr().out
     with pytest.raises(RobotConfigError):
         robot(tmp_path, edited("torso", lambda t: put(t, ixx=-0.16048)))
     assert check_robot.main([str(tmp_path / "robot.yaml")]) == 1

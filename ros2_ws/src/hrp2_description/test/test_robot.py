@@ -8,7 +8,7 @@ import pytest
 import yaml
 from hrp2_description.data import data_path
 from hrp2_description.errors import RobotConfigError
-from hrp2_description.robot import load_robot_config, needed
+from hrp2_description.robot import load_robot_config
 
 ROBOT = load_robot_config()
 BRACE = {
@@ -135,14 +135,6 @@ def test_missing_field_is_named(tmp_path, field):
     """The error names the missing field."""
     with pytest.raises(RobotConfigError, match=field):
         _load_edited(tmp_path, **{field: None})
-
-
-@pytest.mark.parametrize("field", ["drives", "wrist_sensors"])
-def test_what_only_the_simulation_needs_may_be_left_out_until_it_is_needed(tmp_path, field):
-    """The file loads, and reading the field raises an error with its name."""
-    robot = _load_edited(tmp_path, **{field: None})
-    with pytest.raises(RobotConfigError, match=field):
-        needed(getattr(robot, field), field)
 
 
 @pytest.mark.parametrize(("place", "value", "message"), [

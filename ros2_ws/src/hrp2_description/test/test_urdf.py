@@ -86,24 +86,6 @@ def test_half_sitting_inertia():
     assert pin.computeTotalMass(MODEL) == pytest.approx(58.0, abs=1e-6)
 
 
-def test_mirrored_posture_gives_mirrored_frames():
-    """Swapping the sides and the signs of yaw and roll reflects hands and feet in y = 0."""
-    rng = np.random.default_rng(5)
-    posture = np.zeros(30)
-    posture[:6] = rng.uniform(ROBOT.lower[:6], ROBOT.upper[:6])
-    posture[16:23] = rng.uniform(ROBOT.lower[16:23], ROBOT.upper[16:23])
-    posture[6:12] = posture[:6] * [-1, -1, 1, 1, 1, -1]
-    posture[23:30] = posture[16:23] * [1, -1, -1, 1, -1, 1, 1]
-    flip = np.diag([1.0, -1.0, 1.0])
-    data, _ = _placed(posture)
-    base = _frame(data, "base_link")
-    for name in ("sole", "ankle", "gripper"):
-        right = base.actInv(_frame(data, f"r_{name}"))
-        left = base.actInv(_frame(data, f"l_{name}"))
-        np.testing.assert_allclose(flip @ right.translation, left.translation, atol=1e-9)
-        np.testing.assert_allclose(flip @ right.rotation @ flip, left.rotation, atol=1e-9)
-
-
 def test_braced_wrist_presses_its_pad_into_the_trunks():
     """The wrist's ball is 0.5 to 3 mm inside the trunk's disc, within the disc's radius."""
     data, _ = _placed(ROBOT.posture(ROBOT.braced_posture))
@@ -125,25 +107,6 @@ def bullet():
     )
     yield pybullet, client, body
     pybullet.disconnect(client)
-
-
-def test_pybullet_keeps_masses_and_inertias(bullet):
-    """No link's inertia was replaced by zeros, and the sum is 58 kg."""
-    pybullet, client, body = bullet
-    count = pybullet.getNumJoints(body, physicsClientId=client)
-    info = [pybullet.getDynamicsInfo(body, i, physicsClientId=client) for i in range(-1, count)]
-    assert sum(row[0] for row in info) == pytest.approx(58.0, abs=1e-4)
-    assert min(min(row[2]) for row in info) > 0.0
-
-
-def test_pybullet_sees_the_sole_axis_aligned(bullet):
-    """The sole's inertial frame is the sole frame, so a sensor in its joint reads in r_sole."""
-    pybullet, client, body = bullet
-    for i in range(pybullet.getNumJoints(body, physicsClientId=client)):
-        if pybullet.getJointInfo(body, i, physicsClientId=client)[12].decode().endswith("_sole"):
-            row = pybullet.getDynamicsInfo(body, i, physicsClientId=client)
-            np.testing.assert_allclose(row[3], 0.0, atol=1e-12)
-            np.testing.assert_allclose(row[4], [0, 0, 0, 1], atol=1e-12)
 
 
 def _pose(bullet, posture):

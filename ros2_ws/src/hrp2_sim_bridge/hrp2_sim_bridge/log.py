@@ -11,12 +11,12 @@ import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.errors import OutputError, SettingError
 from door_impact_common.files import make_folder
-from hrp2_description.robot import SIDES, RobotConfig, needed
+from hrp2_description.robot import SIDES
 from numpy.typing import ArrayLike, NDArray
 
 from hrp2_sim_bridge.control.drives import Actuation
-from hrp2_sim_bridge.physics.engine import DoorState, Engine, Touch
-from hrp2_sim_bridge.physics.kinematics import Kinematics, SensedBodies
+from hrp2_sim_bridge.physics.engine import DoorState, Engine, SimulatedRobot, Touch
+from hrp2_sim_bridge.physics.kinematics import Kinematics, sensed_bodies
 from hrp2_sim_bridge.sensors.sensors import outer_wrenches
 from hrp2_sim_bridge.settings import SAMPLE, TICK
 
@@ -86,7 +86,7 @@ class TruthLog:
         row["tick_locked"], row["tick_fine"] = locked, fine
         self._ticks.append(row)
 
-    def arrays(self, engine: Engine, robot: RobotConfig) -> dict[str, Any]:
+    def arrays(self, engine: Engine, robot: SimulatedRobot) -> dict[str, Any]:
         """Return all columns in the world's and the soles' frames."""
         kept, ticks = (np.concatenate([np.zeros(0, kind), *rows]) for kind, rows in (
             (self._sample, self._samples), (self._tick, self._ticks)))
@@ -98,7 +98,7 @@ class TruthLog:
         before = np.maximum(np.arange(-1, len(base) - 1), 0)
         wrenches = outer_wrenches(
             kept["reactions"], links.at((before, feet)), links.at((slice(None), feet)), SAMPLE,
-            SensedBodies(robot))
+            sensed_bodies(robot))
         log: dict[str, Any] = {
             "time": kept["time"],
             "base_position": base[:, :3],
@@ -125,7 +125,7 @@ class TruthLog:
             "joint_names": np.array(robot.joint_names),
             "effort_limit": np.array(robot.effort_limit),
             "braced_joints": np.array(robot.braced_joints),
-            "gear_peak_torque": np.array(needed(robot.drives, "drives").peak_torque),
+            "gear_peak_torque": np.array(robot.drives.peak_torque),
             "sole_rectangles": np.array([robot.soles[side] for side in SIDES]),
             "mass": robot.mass}
 

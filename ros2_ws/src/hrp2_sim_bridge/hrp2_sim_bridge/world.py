@@ -15,8 +15,7 @@ from door_impact_common.documents import checked
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 from door_model.door.geometry import along
-from hrp2_description.errors import RobotConfigError
-from hrp2_description.robot import RobotConfig, needed
+from hrp2_description.robot import RobotConfig
 from humanoid_motion.driver_interface import Driver, TickSample, TrajectoryArrays
 from humanoid_motion.mirror import Mirror
 from robot_driver.errors import TrajectoryRefusedError
@@ -37,10 +36,11 @@ from hrp2_sim_bridge.physics.engine import (
     Scene,
     Touch,
     require_place,
+    require_simulable,
     sensed_links,
 )
 from hrp2_sim_bridge.physics.engines import make_engine
-from hrp2_sim_bridge.physics.kinematics import Kinematics, LinkStates, SensedBodies
+from hrp2_sim_bridge.physics.kinematics import Kinematics, LinkStates, sensed_bodies
 from hrp2_sim_bridge.physics.robot_loads import FallWatch, HitMeter, RobotPushes
 from hrp2_sim_bridge.sensors.sensors import EncoderCounter, RobotSensors, outer_wrenches
 from hrp2_sim_bridge.settings import SAMPLE, SAMPLES_PER_TICK, TICK, WorldSettings
@@ -72,21 +72,6 @@ class _Readings:
     base: list[list[float]] = field(default_factory=list)
     joints: list[Array] = field(default_factory=list)
     torque: Array | float = 0.0
-
-
-def require_simulable(robot: RobotConfig, settings: WorldSettings) -> None:
-    """Check that a robot's configuration has what the simulation needs beyond a plan.
-
-    Raises:
-        RobotConfigError: It lacks fields, which are named.
-    """
-    needs = {"drives": True, "motor_encoder_counts": True, "imu_frame": True,
-             "sole_rubber": settings.rubber}
-    lacking = [field for field, need in needs.items() if need and getattr(robot, field) is None]
-    if lacking:
-        raise RobotConfigError(
-            f"{robot.name} cannot be simulated without fields of its robot.yaml", value=lacking,
-            limit="these fields, as in hrp2_description/config/robot.yaml")
 
 
 class World(Driver):
@@ -135,11 +120,10 @@ class World(Driver):
     ) -> None:
         if door.hinge == "left":
             robot = Mirror(robot).left_armed(robot)
-        self.robot_config = robot
         self.door_config = door
         name = engine if isinstance(engine, str) else engine.name
         self.settings = checked(WorldSettings, {"engine": name, **settings})
-        require_simulable(robot, self.settings)
+        self.robot_config = robot = require_simulable(robot, self.settings)
         self._posture = np.array(robot.half_sitting if posture is None else posture, dtype=float)
         require_place(door_distance, hinge_x)
         self.contact = design_leaf(door, hinge_x, self.settings)
@@ -153,9 +137,8 @@ class World(Driver):
         self.engine = make_engine(engine) if isinstance(engine, str) else engine
         self._log = (TruthLog(self.settings.log_seconds, len(robot.joint_names))
                      if self.settings.log else None)
-        self._bodies = SensedBodies(robot)
-        self._kinematics = Kinematics(
-            robot, [*sensed_links(robot), needed(robot.imu_frame, "imu_frame")])
+        self._bodies = sensed_bodies(robot)
+        self._kinematics = Kinematics(robot, [*sensed_links(robot), robot.imu_frame])
         offset = np.random.default_rng(self.settings.seed).integers(1 << 16)
         self._encoder = EncoderCounter(int(offset), self.settings.encoder_bits)
         self._sensors = RobotSensors(robot, self.settings.sensors, self.settings.seed)

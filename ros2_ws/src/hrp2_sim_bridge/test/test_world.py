@@ -130,6 +130,9 @@ def stood(robot, paper_door):
 
 def test_a_robot_that_is_only_planned_for_is_refused_by_what_it_lacks(robot, paper_door):
     """All fields that are missing are named at once; what is switched off is not missed."""
+    blind = {**robot.feet, "left": replace(robot.feet["left"], sensor_joint=None)}
+    with pytest.raises(RobotConfigError, match=r"\['imu_frame', 'feet.left.sensor_joint'\]"):
+        World(replace(robot, imu_frame=None, feet=blind), paper_door, 0.9, -0.42)
     bare = replace(robot, drives=None, sole_rubber=None)
     with pytest.raises(RobotConfigError, match=r"HRP-2 cannot .*'drives', 'sole_rubber'\]"):
         World(bare, paper_door, 0.9, -0.42)

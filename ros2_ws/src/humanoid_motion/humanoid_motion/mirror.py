@@ -21,9 +21,9 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.documents import Vector
+from hrp2_description.drives_and_pads import Pad
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import RobotConfig
-from hrp2_description.robot_types import Pad
 from numpy.typing import ArrayLike, NDArray
 
 from humanoid_motion.driver_interface import TickSample

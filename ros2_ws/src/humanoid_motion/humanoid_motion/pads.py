@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from hrp2_description.robot import Brace
+from hrp2_description.drives_and_pads import Brace
 
 from humanoid_motion.robot_model import RobotModel
 

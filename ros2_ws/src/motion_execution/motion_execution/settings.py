@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from door_impact_common.errors import SettingError
-from hrp2_description.robot import RobotConfig
+from humanoid_motion.robot_model import RobotModel
 
 
 @dataclass(frozen=True)
@@ -101,9 +102,9 @@ class ExecutionSettings:
     restarts: int = 5
 
     @classmethod
-    def of(cls, robot: RobotConfig) -> ExecutionSettings:
-        """Return the thresholds of a robot; forces are as HRP-2's by its mass."""
-        return cls(felt_force=cls.felt_force * robot.mass_scale)
+    def of(cls, robot: RobotModel, **own: Any) -> ExecutionSettings:
+        """Return HRP-2's thresholds, forces by a robot's mass, and `own` as it is."""
+        return cls(**{"felt_force": robot.config.mass_scale * cls.felt_force} | own)
 
     def __post_init__(self) -> None:
         """Check the thresholds that are parameters of a node."""

@@ -16,7 +16,6 @@ from pathlib import Path
 
 from door_impact_common.errors import DoorImpactError, OutputError
 from door_impact_common.files import make_folder
-from door_impact_common.yaml_files import read_yaml
 from door_model.door.config import load_door
 from hrp2_description.robot import load_robot_config
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
@@ -145,21 +144,18 @@ def _demonstrate(settings: DemoSettings, graph: Mapping[str, str]) -> None:
     robot = load_robot_config(graph["robot_config"] or None)
     # Imported here: a wrong command line is refused at once, without loading ROS and the planner.
     from door_impact_bringup.graph import parameters_for, refuse_running_graph
+    from humanoid_motion.robot_model import RobotModel
+    from impact_planner.task.known_door import KnownDoor
 
-    if "params" in graph:
-        read_yaml(graph["params"])
-    else:  # what the planner will refuse for the door as it is found, it refuses for the true one
-        from humanoid_motion.robot_model import RobotModel
-        from impact_planner.task.known_door import KnownDoor
+    from door_impact_evaluation.run.rehearsal import planned, world_of
 
-        from door_impact_evaluation.run.rehearsal import planned, world_of
-
-        model = RobotModel(robot)
+    model, given = RobotModel(robot), graph["params"]
+    graph = {**graph, "params": parameters_for(model, given)}
+    if not given:  # what the planner will refuse for the door as found, it refuses for the true one
         planned(model, KnownDoor.configured(door), settings.target_deg,
                 settings.run_up, settings.ending)
         if robot.file is not None:  # and what its robot.yaml lacks for the simulation
             world_of(model, door, 0.0, engine=graph["engine"]).close()
-            graph = {**graph, "params": parameters_for(model)}
 
     refuse_running_graph()
     folder = ResultFolder(settings.out)
@@ -184,7 +180,7 @@ def _run_with_nodes(settings: DemoSettings, graph: Mapping[str, str]) -> None:
                                  for name in ("simulation.npz", report.RECORDING))
     launcher = start_nodes(
         settings.out / LOG, f"door:={settings.door}", "paced:=false",
-        *(f"{name}:={value}" for name, value in graph.items()),
+        *(f"{name}:={value}" for name, value in graph.items() if value),
         f"log_file:={simulation_log}", f"record:={recording}")
     try:
         run(settings, lambda: launcher.poll() is None, lambda: stop_nodes(launcher))
@@ -262,9 +258,8 @@ def main(args: list[str] | None = None) -> int:
     options = _parser().parse_args(args)
     settings = DemoSettings(options.door, options.target_deg, options.ending, options.run_up,
                             options.hits, options.out)
-    graph = {"engine": options.engine, "gui": options.gui, "robot_config": options.robot}
-    if options.params:
-        graph["params"] = options.params
+    graph = {"engine": options.engine, "gui": options.gui, "robot_config": options.robot,
+             "params": options.params}
     try:
         with _interruptible():
             _demonstrate(settings, graph)

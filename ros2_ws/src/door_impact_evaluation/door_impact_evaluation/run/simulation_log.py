@@ -114,7 +114,7 @@ class SimulationLog:
 
 
 def _robot(path: Path, log: dict[str, Any]) -> RobotConfig:
-    """Return the robot of a log; an old log does not name it, and is of this package's own."""
+    """Load the robot that a log names; HRP-2 for a log without the name."""
     file = str(log.get("robot_config", ""))
     try:
         robot = load_robot_config(file or None)

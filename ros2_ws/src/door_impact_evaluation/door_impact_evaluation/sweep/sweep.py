@@ -8,9 +8,9 @@ from contextlib import closing
 from pathlib import Path
 
 from door_impact_common.files import draw_into, run_command, write_whole
+from hrp2_sim_bridge.physics.engine import require_simulable
 from hrp2_sim_bridge.physics.engines import make_engine
 from hrp2_sim_bridge.settings import ENGINES, WorldSettings
-from hrp2_sim_bridge.world import require_simulable
 
 from door_impact_evaluation.sweep import running
 from door_impact_evaluation.sweep.blocked import BLOCKED

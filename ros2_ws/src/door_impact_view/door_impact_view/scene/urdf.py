@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import io
-import re
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
 import yourdfpy
 from door_impact_common.arrays import Array
-from hrp2_description.data import share_folders
+from hrp2_description.data import package_file
 from trimesh.visual import TextureVisuals
 from trimesh.visual.material import PBRMaterial
 
@@ -21,7 +19,6 @@ from door_impact_view.errors import UrdfError
 
 TURNING = ("revolute", "continuous")  # kinds of joints with an angle
 SLIDING = ("prismatic",)
-_NAME = re.compile(r"package:///?([A-Za-z][\w-]*)/([^/\0][^\0]*)")
 
 
 @dataclass(frozen=True)
@@ -127,7 +124,7 @@ def _scene_of(robot: yourdfpy.Robot) -> UrdfScene:
 
     def is_there(visual: Any) -> bool:
         mesh = visual.geometry.mesh
-        if mesh is not None and mesh_path(mesh.filename) is None:
+        if mesh is not None and package_file(mesh.filename) is None:
             missing.append(mesh.filename)
             return False
         return True
@@ -136,7 +133,7 @@ def _scene_of(robot: yourdfpy.Robot) -> UrdfScene:
         link.visuals = [*filter(is_there, link.visuals)]  # yourdfpy would print each that is not
         for number, visual in enumerate(link.visuals):
             visual.name = f"shape {number} of {link.name}"  # viser needs names that no link has
-    urdf = yourdfpy.URDF(robot, filename_handler=lambda fname: str(mesh_path(fname)))
+    urdf = yourdfpy.URDF(robot, filename_handler=lambda fname: str(package_file(fname)))
     if urdf.base_link is None:
         raise UrdfError("it has no link that is no joint's child")
     joints = tuple(_joint(joint) for joint in robot.joints)
@@ -154,18 +151,6 @@ def _scene_of(robot: yourdfpy.Robot) -> UrdfScene:
     note = ("" if not missing else f"{len(missing)} meshes of the URDF are not in an installed "
             f"package and are left out, the first is {missing[0]}.")
     return UrdfScene(urdf, urdf.base_link, joints, tuple(shapes), note)
-
-
-def mesh_path(file: str) -> Path | None:
-    """Return the path of a mesh ``package://NAME/PATH``; None if there is no such file.
-
-    Only files within a package's own folder are read: a URDF comes from the network.
-    """
-    named = _NAME.fullmatch(file)
-    if named is None or ".." in Path(named[2]).parts:
-        return None
-    paths = (folder / named[2] for folder in share_folders(named[1]))
-    return next((path for path in paths if path.is_file()), None)
 
 
 def _joint(joint: Any) -> Joint:

@@ -6,10 +6,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from door_impact_view.errors import UrdfError
-from door_impact_view.scene import urdf as urdf_module
 from door_impact_view.scene.poses import link_poses
-from door_impact_view.scene.urdf import mesh_path, read_urdf
-from hrp2_description.data import data_path
+from door_impact_view.scene.urdf import read_urdf
+from hrp2_description import data
+from hrp2_description.data import data_path, package_file
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -96,9 +96,9 @@ def package(tmp_path, monkeypatch):
     triangle = bytes(80) + struct.pack("<I", 1) + struct.pack("<12fH", *corners, 0)
     (folder / "meshes" / "hand.stl").write_bytes(triangle)
     (tmp_path / "secret.stl").write_bytes(triangle)
-    monkeypatch.setattr(urdf_module, "share_folders",
+    monkeypatch.setattr(data, "share_folders",
                         lambda name: [folder] if name == "arm" else [])
-    urdf_module.read_urdf.cache_clear()
+    read_urdf.cache_clear()
     return folder
 
 
@@ -113,10 +113,12 @@ def test_a_mesh_of_a_package_is_scaled_and_one_that_is_not_there_is_named(packag
     assert capsys.readouterr().out == ""
 
 
-@pytest.mark.parametrize("file", ["package://arm/../secret.stl", "file:///etc/passwd", "hand.stl"])
+@pytest.mark.parametrize("file", ["package://arm/../secret.stl", "file:///etc/passwd", "hand.stl",
+                                  "/a/share/arm/../secret.stl", "/etc/passwd"])
 def test_only_files_of_packages_are_read(package, file):
-    """A URDF comes from the network: no other folder is looked into."""
-    assert mesh_path(file) is None
+    """A URDF comes from the network, or has another machine's paths: no other folder is read."""
+    assert package_file(file) is None
+    assert package_file("/a/share/arm/meshes/hand.stl") == package / "meshes" / "hand.stl"
 
 
 LINKS = '<link name="a"/><link name="b"/>'

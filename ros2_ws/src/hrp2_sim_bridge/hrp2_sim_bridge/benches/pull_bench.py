@@ -9,7 +9,7 @@ from door_model.door.config import load_door
 from hrp2_description.robot import SIDES, RobotConfig
 
 from hrp2_sim_bridge.physics.contact import design_leaf
-from hrp2_sim_bridge.physics.engine import Scene
+from hrp2_sim_bridge.physics.engine import Scene, require_simulable
 from hrp2_sim_bridge.physics.mujoco.engine import load_mujoco
 from hrp2_sim_bridge.physics.mujoco.model import WORLD, compile_model, robot_spec
 from hrp2_sim_bridge.physics.pybullet.engine import PyBulletEngine
@@ -59,7 +59,8 @@ def _in_pybullet(
     settings = WorldSettings(sole="rigid", iterations=_ITERATIONS, time_step_coarse=_STEP)
     door, engine = load_door("paper"), PyBulletEngine()
     engine.reset(Scene(
-        robot, posture, door, FARTHEST, -1.0, design_leaf(door, -1.0, settings), settings))
+        require_simulable(robot, settings), posture, door, FARTHEST, -1.0,
+        design_leaf(door, -1.0, settings), settings))
     client, body = engine.client, engine.body
     try:
         client.setGravity(0.0, 0.0, 0.0)

@@ -13,11 +13,11 @@ import math
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from hrp2_description.robot import Drives, RobotConfig, needed
+from hrp2_description.drives_and_pads import Drives
 from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 
 from hrp2_sim_bridge.physics.brace import BracePads
-from hrp2_sim_bridge.physics.engine import Engine, Reactions
+from hrp2_sim_bridge.physics.engine import Engine, Reactions, SimulatedRobot
 from hrp2_sim_bridge.settings import SAMPLE, WorldSettings
 
 _BRACE_TOLERANCE = np.deg2rad(5.0)  # largest error of the posture in which the arm is locked [rad]
@@ -43,7 +43,7 @@ class JointDrives:
         limit: Largest torques of the motors, (J,) [N m].
     """
 
-    def __init__(self, robot: RobotConfig, drives: Drives, position: Array) -> None:
+    def __init__(self, robot: SimulatedRobot, drives: Drives, position: Array) -> None:
         self._data, self._rotor = drives, drives.inertia
         self.limit = np.array(robot.effort_limit)
         self._fastest = np.array(robot.velocity_limit)
@@ -137,15 +137,12 @@ class Actuation:
         drives: Motors and gears.
         pads: Pads of arm and trunk; None if the brace is no contact.
         state: Positions [rad] and velocities [rad/s] of the joints after the last step, (2, J).
-
-    Raises:
-        RobotConfigError: The robot's configuration has no drives.
     """
 
     def __init__(
-        self, engine: Engine, robot: RobotConfig, settings: WorldSettings, posture: Array
+        self, engine: Engine, robot: SimulatedRobot, settings: WorldSettings, posture: Array
     ) -> None:
-        scaled = needed(robot.drives, "drives").scaled(
+        scaled = robot.drives.scaled(
             rotor=settings.rotor_scale, gear=settings.gear_scale, servo=settings.servo_scale)
         self.drives = JointDrives(robot, scaled, posture)
         self.pads = None

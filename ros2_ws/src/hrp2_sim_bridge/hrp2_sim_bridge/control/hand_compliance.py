@@ -16,13 +16,14 @@ import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.documents import checked
 from door_impact_common.errors import SettingError
-from hrp2_description.robot import SIDES, RobotConfig, needed
+from hrp2_description.robot import SIDES, needed
 from humanoid_motion.chain import Chain
 from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 from humanoid_motion.spline import JointReference
 
 from hrp2_sim_bridge.control.admittance import Admittance, HandImpedance, shortened
+from hrp2_sim_bridge.physics.engine import SimulatedRobot
 from hrp2_sim_bridge.physics.frames import cross, rotation
 from hrp2_sim_bridge.settings import TICK
 
@@ -54,14 +55,14 @@ class HandCompliance:
             base_link, in the axes of base_link, smoothed, (6,) [N, N m]; None while both are stiff.
     """
 
-    def __init__(self, robot: RobotConfig) -> None:
+    def __init__(self, robot: SimulatedRobot) -> None:
         self._robot = robot
         self._model = free_floating_model(robot)
         self._data = self._model.createData()
         self._q_index, self._v_index = joint_columns(self._model, robot.joint_names)
         links = [sensor.link for sensor in map((robot.wrist_sensors or {}).get, SIDES) if sensor]
         self._frames = [self._model.getFrameId(link) for link in links]
-        self._imu = self._model.getFrameId(needed(robot.imu_frame, "imu_frame"))
+        self._imu = self._model.getFrameId(robot.imu_frame)
         chains = [set(Chain(self._model, robot.joint_names, link).columns) for link in links]
         self._columns = [  # of the joints that move one hand but not the other
             np.array(sorted(chain - set.intersection(*chains))) for chain in chains]

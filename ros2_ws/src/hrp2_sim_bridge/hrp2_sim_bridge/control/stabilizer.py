@@ -27,12 +27,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
-from hrp2_description.robot import RobotConfig, needed
 from humanoid_motion.driver_interface import TickSample
 from humanoid_motion.spline import JointReference
 
 from hrp2_sim_bridge.control.feet import FootLoads, Landing, Touchdown, share_load
 from hrp2_sim_bridge.control.stance_reference import ReferenceStance, ReferenceStanceModel
+from hrp2_sim_bridge.physics.engine import SimulatedRobot
 from hrp2_sim_bridge.physics.frames import cross
 from hrp2_sim_bridge.settings import TICK
 
@@ -71,19 +71,15 @@ class Stabilizer:
 
     Args:
         robot: Configuration of the robot, with the rubber that the stabilizer assumes.
-
-    Raises:
-        RobotConfigError: The configuration has no rubber or no IMU.
     """
 
-    def __init__(self, robot: RobotConfig) -> None:
+    def __init__(self, robot: SimulatedRobot) -> None:
         self._robot = robot
         self._model = ReferenceStanceModel(robot)
-        self._drives = needed(robot.drives, "drives")
+        self._drives = robot.drives
         self._yields = 1.0 / (self._drives.position_gain + self._drives.speed_gain / TICK)
         self._weight = robot.mass * GRAVITY
-        rubber = needed(robot.sole_rubber, "sole_rubber")
-        stiffness = rubber.stiffness
+        rubber, stiffness = robot.sole_rubber, robot.sole_rubber.stiffness
         half = self._model.half_size
         self._stiffness = stiffness
         # Stiffness of a rigid sole on four springs at its corners against rotation about x and y.

@@ -15,9 +15,11 @@ import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
 from door_impact_common.constants import GRAVITY
-from hrp2_description.robot import SIDES, RobotConfig, needed
+from hrp2_description.robot import SIDES
 from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 from humanoid_motion.spline import JointReference
+
+from hrp2_sim_bridge.physics.engine import SimulatedRobot
 
 _LEAST_LOAD = 0.2  # smallest normal force of the floor, as a share of the weight
 _PARALLEL = 1e-6  # angle between the soles' headings below which they count as parallel [rad]
@@ -81,12 +83,12 @@ class ReferenceStanceModel:
         half_size: Half the size of a sole along x and y, (2,) [m].
     """
 
-    def __init__(self, robot: RobotConfig) -> None:
+    def __init__(self, robot: SimulatedRobot) -> None:
         self._model = free_floating_model(robot)
         self._data = self._model.createData()
         self._q_index, self._v_index = joint_columns(self._model, robot.joint_names)
         self._soles = [self._model.getFrameId(robot.feet[side].sole) for side in SIDES]
-        self._imu = self._model.getFrameId(needed(robot.imu_frame, "imu_frame"))
+        self._imu = self._model.getFrameId(robot.imu_frame)
         self.leg_joints = np.array(
             [[robot.index(name) for name in robot.legs[side]] for side in SIDES])
         self._leg_columns = self._v_index[self.leg_joints]

@@ -13,8 +13,9 @@ import math
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
+from hrp2_description.drives_and_pads import Brace
 from hrp2_description.errors import RobotConfigError
-from hrp2_description.robot import Brace, RobotConfig
+from hrp2_description.robot import RobotConfig
 from humanoid_motion.pads import TANGENTIAL, normal_and_tangents
 from humanoid_motion.pinocchio_model import free_floating_model, joint_columns
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, cast
 
 from door_impact_common.arrays import Array
 from door_impact_common.errors import SettingError
 from door_model.door.config import DoorConfig
 from door_model.door.frame import FixedBox, frame_boxes
 from door_model.door.geometry import before
-from hrp2_description.robot import SIDES, RobotConfig, SoleRubber, needed
+from hrp2_description.drives_and_pads import Drives, SoleRubber
+from hrp2_description.errors import RobotConfigError
+from hrp2_description.robot import SIDES, RobotConfig
 
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.settings import FARTHEST, WorldSettings
@@ -33,6 +35,33 @@ def require_place(door_distance: float, hinge_x: float) -> None:
         raise SettingError("hinge_x", hinge_x, f"within {FARTHEST:g} m of the origin")
 
 
+class SimulatedRobot(RobotConfig):
+    """What the type checker knows of a robot that `require_simulable` has let pass."""
+
+    feet: Mapping[str, Any]  # each has a sensor_joint
+    drives: Drives
+    motor_encoder_counts: int
+    imu_frame: str
+    sole_rubber: SoleRubber  # read where the settings have rubber
+
+
+def require_simulable(robot: RobotConfig, settings: WorldSettings) -> SimulatedRobot:
+    """Return a robot whose configuration has what the simulation needs beyond a plan.
+
+    Raises:
+        RobotConfigError: It lacks fields, which are named.
+    """
+    names = ["drives", "motor_encoder_counts", "imu_frame", *["sole_rubber"] * settings.rubber]
+    lacking = [name for name in names if getattr(robot, name) is None]
+    lacking += [f"feet.{side}.sensor_joint" for side in SIDES
+                if robot.feet[side].sensor_joint is None]
+    if lacking:
+        raise RobotConfigError(
+            f"{robot.name} cannot be simulated without fields of its robot.yaml", value=lacking,
+            limit="these fields, as in hrp2_description/config/robot.yaml")
+    return cast(SimulatedRobot, robot)
+
+
 @dataclass(frozen=True)
 class Scene:
     """Robot and door in their first state; `require_place` checks the door's place.
@@ -50,7 +79,7 @@ class Scene:
         settings: Settings of the simulation.
     """
 
-    robot: RobotConfig
+    robot: SimulatedRobot
     posture: Array
     door: DoorConfig
     door_distance: float
@@ -74,14 +103,10 @@ class Scene:
 
     @property
     def sole_rubber(self) -> SoleRubber | None:
-        """Rubber under each sole; None for rigid soles.
-
-        Raises:
-            RobotConfigError: The robot's configuration has no rubber.
-        """
+        """Rubber under each sole; None for rigid soles."""
         if not self.settings.rubber:
             return None
-        known = needed(self.robot.sole_rubber, "sole_rubber")
+        known = self.robot.sole_rubber
         return replace(known, stiffness=self.settings.rubber_scale * known.stiffness)
 
 
@@ -92,14 +117,10 @@ def sensed_links(robot: RobotConfig) -> list[str]:
     return [*(robot.feet[side].sole for side in SIDES), *hands]
 
 
-def sensor_joints(robot: RobotConfig) -> list[str]:
-    """Return the fixed joints in which the force sensors of `sensed_links` are.
-
-    Raises:
-        RobotConfigError: The robot's configuration has none in the feet.
-    """
+def sensor_joints(robot: SimulatedRobot) -> list[str]:
+    """Return the fixed joints in which the force sensors of `sensed_links` are."""
     wrists = robot.wrist_sensors
-    return [*(needed(robot.feet[side].sensor_joint, "sensor_joint") for side in SIDES),
+    return [*(robot.feet[side].sensor_joint for side in SIDES),
             *([] if wrists is None else [wrists[side].joint for side in SIDES])]
 
 

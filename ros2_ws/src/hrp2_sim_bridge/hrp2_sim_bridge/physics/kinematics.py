@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from hrp2_description.robot import RobotConfig
 from humanoid_motion.pinocchio_model import free_floating_model, inertia_beyond, joint_columns
 from scipy.spatial.transform import Rotation
 
-from hrp2_sim_bridge.physics.engine import sensed_links, sensor_joints
+from hrp2_sim_bridge.physics.engine import SimulatedRobot, sensed_links, sensor_joints
 from hrp2_sim_bridge.physics.frames import cross, into_frame, rotation
 
 
@@ -63,7 +64,7 @@ class SensedBodies:
         RobotConfigError: A sensor is in no fixed joint above its sole or hand.
     """
 
-    def __init__(self, robot: RobotConfig) -> None:
+    def __init__(self, robot: SimulatedRobot) -> None:
         model, joints = free_floating_model(robot), sensor_joints(robot)
         for link, joint in zip(sensed_links(robot), joints, strict=True):
             _require_above(model, link, joint)
@@ -78,6 +79,9 @@ class SensedBodies:
         self.carriers = [child.name for child in children]
         self.places = [child.placement.actInv(frame)
                        for child, frame in zip(children, frames, strict=True)]
+
+
+sensed_bodies = lru_cache(maxsize=8)(SensedBodies)  # of a robot, of which there are few
 
 
 def _require_above(model: Any, link: str, joint: str) -> None:

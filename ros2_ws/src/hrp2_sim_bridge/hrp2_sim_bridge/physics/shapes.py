@@ -1,4 +1,4 @@
-"""The URDF that both engines read: what touches something in it has few corners.
+"""Writes the URDF that both engines load: soles as boxes, elbow and hand as balls, meshes as hulls.
 
 A mesh of a sole or an elbow meets floor or leaf at several points, each of which the engines make
 as stiff as the whole surface. So a sole is a box, and elbow and hand are balls, as the planner
@@ -10,14 +10,15 @@ from __future__ import annotations
 import itertools
 import math
 import xml.etree.ElementTree as ET
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
+from door_impact_common.files import cached
 from hrp2_description.errors import RobotConfigError
 from hrp2_description.robot import SIDES, RobotConfig
-from hrp2_description.urdf import temporary
 from humanoid_motion.pinocchio_model import collision_shapes, free_floating_model
 from scipy.spatial import ConvexHull
 
@@ -26,12 +27,11 @@ from hrp2_sim_bridge.errors import ModelError
 _OFF = 0.005  # largest distance of a sole's plane from its foot's lowest point [m]
 _THICK = 0.02  # height of the box that stands for a foot [m]
 _CORNERS = 64  # most corners of a hull; those of Talos and G1 lose 7.5 mm at most
-_WEIGHTLESS = ('<inertial><mass value="1e-9"/><inertia ixx="1e-12" iyy="1e-12" izz="1e-12" '
-               'ixy="0" ixz="0" iyz="0"/></inertial>')
 
 
+@lru_cache(maxsize=8)  # convex hulls take long, and a world reads it at each reset
 def simulated_urdf(robot: RobotConfig) -> Path:
-    """Return the path of the URDF for the engines; the robot's own where it needs no change.
+    """Return the path of the URDF for the engines.
 
     Raises:
         ModelError: The file of a mesh is missing.
@@ -41,58 +41,33 @@ def simulated_urdf(robot: RobotConfig) -> Path:
     links = {link.attrib["name"]: link for link in root.findall("link")}
     model = free_floating_model(robot)
     geometry, missing = collision_shapes(model, robot)
-    changed = False
-    for link in links.values():
-        if link.find("inertial") is None:  # PyBullet would give it one kilogram
-            link.append(ET.fromstring(_WEIGHTLESS))
-            changed = True
     for side in SIDES:
         sole = robot.feet[side].sole
         if links[sole].find("collision") is None:
-            foot = _welded(root, sole)
-            _require_sole(model, geometry, sole, foot)
-            for name in foot:
-                _remove_shapes(links[name])
+            joint = model.frames[model.getFrameId(sole)].parentJoint
+            _require_sole(model, geometry, sole, joint)
+            welded = {frame.name for frame in model.frames if frame.parentJoint == joint}
+            for link in (links[name] for name in links.keys() & welded):
+                for shape in link.findall("collision"):
+                    link.remove(shape)
             x_min, x_max, y_min, y_max = robot.soles[side]
             middle = 0.5 * (x_min + x_max), 0.5 * (y_min + y_max), 0.5 * _THICK
             _add_shape(links[sole], "box", middle, size=(x_max - x_min, y_max - y_min, _THICK))
-            changed = True
     for name, radius in (
             (robot.contact_link, robot.contact_radius), (robot.hand_link, robot.hand_radius)):
         if radius is not None and links[name].find("collision/geometry/sphere") is None:
             _add_shape(links[name], "sphere", (0.0, 0.0, 0.0), radius=(radius,))
-            changed = True
-    meshed = [link for link in links.values() if link.find("collision/geometry/mesh") is not None]
-    if meshed:
-        if missing:
-            raise ModelError(robot.name, ", ".join(missing), "a file for each mesh",
-                             "links whose meshes are missing")
-        hulls = {item.name: _obj(np.asarray(item.geometry.points()))
-                 for item in geometry.geometryObjects if hasattr(item.geometry, "points")}
-        for link in meshed:
-            for index, shape in enumerate(link.findall("collision")):
-                mesh = shape.find("geometry/mesh")
-                if mesh is not None:
-                    name = f"{link.attrib['name']}_{index}"
-                    mesh.attrib = {"filename": str(temporary(f"{name}.obj", hulls[name]))}
-    if not changed and not meshed:
-        return robot.urdf_path
-    return temporary("simulated.urdf", ET.tostring(root, encoding="unicode"))
-
-
-def _welded(root: ET.Element, link: str) -> set[str]:
-    """Return the names of all links that fixed joints weld to a link, with its own."""
-    pairs = [tuple(joint.find(end).attrib["link"] for end in ("parent", "child"))  # type: ignore[union-attr]
-             for joint in root.findall("joint[@type='fixed']")]
-    found = {link}
-    while grown := {each for pair in pairs if found & {*pair} for each in pair} - found:
-        found |= grown
-    return found
-
-
-def _remove_shapes(link: ET.Element) -> None:
-    for shape in link.findall("collision"):
-        link.remove(shape)
+    hulls = {item.name: _obj(np.asarray(item.geometry.points()))
+             for item in geometry.geometryObjects if hasattr(item.geometry, "points")}
+    for link_name, link in links.items():
+        for index, shape in enumerate(link.findall("collision")):
+            mesh, name = shape.find("geometry/mesh"), f"{link_name}_{index}"
+            if mesh is not None and missing:
+                raise ModelError(robot.name, ", ".join(missing), "a file for each mesh",
+                                 "links whose meshes are missing")
+            if mesh is not None:
+                mesh.attrib = {"filename": str(cached(f"{name}.obj", hulls[name]))}
+    return cached("simulated.urdf", ET.tostring(root, encoding="unicode"))
 
 
 def _add_shape(
@@ -104,11 +79,11 @@ def _add_shape(
         name: _text(values) for name, values in numbers.items()})
 
 
-def _require_sole(model: Any, geometry: Any, sole: str, foot: set[str]) -> None:
+def _require_sole(model: Any, geometry: Any, sole: str, joint: int) -> None:
     """Refuse a sole whose plane is not that of the lowest point of its foot's shapes."""
     place, lowest = model.frames[model.getFrameId(sole)].placement, math.inf
     for item in geometry.geometryObjects:
-        if model.frames[item.parentFrame].name in foot:
+        if item.parentJoint == joint:
             if hasattr(item.geometry, "points"):
                 points = np.asarray(item.geometry.points())
             else:

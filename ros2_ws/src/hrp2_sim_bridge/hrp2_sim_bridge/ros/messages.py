@@ -8,11 +8,12 @@ from builtin_interfaces.msg import Time
 from door_impact_common.arrays import Array
 from door_impact_common.stamps import NANOSECONDS, seconds
 from geometry_msgs.msg import WrenchStamped
-from hrp2_description.robot import SIDES, RobotConfig, needed
+from hrp2_description.robot import SIDES
 from humanoid_motion.driver_interface import TickSample, TrajectoryArrays
 from sensor_msgs.msg import Imu, JointState
 from trajectory_msgs.msg import JointTrajectory
 
+from hrp2_sim_bridge.physics.engine import SimulatedRobot
 from hrp2_sim_bridge.sensors.imu import ImuVariances
 
 
@@ -43,11 +44,11 @@ class TickMessages:
             the right hand if their wrists have sensors.
     """
 
-    def __init__(self, robot: RobotConfig, variances: ImuVariances, prefix: str = "") -> None:
+    def __init__(self, robot: SimulatedRobot, variances: ImuVariances, prefix: str = "") -> None:
         self.stamp = Time()
         self.joints = JointState(name=list(robot.joint_names))
         self.imu = Imu()
-        self.imu.header.frame_id = prefix + needed(robot.imu_frame, "imu_frame")
+        self.imu.header.frame_id = prefix + robot.imu_frame
         self.imu.orientation_covariance[::4] = variances.orientation
         self.imu.angular_velocity_covariance[::4] = variances.angular_velocity
         self.imu.linear_acceleration_covariance[::4] = variances.specific_force

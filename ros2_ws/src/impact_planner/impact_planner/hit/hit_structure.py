@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES, Drives
+from hrp2_description.drives_and_pads import Drives
+from hrp2_description.robot import SIDES
 from humanoid_motion.dynamics import inverse_dynamics, joint_torques
 from humanoid_motion.motion import still
 from humanoid_motion.pads import TANGENTIAL, normal_and_tangents, pad_contact

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from door_impact_common.errors import InputError
 from door_impact_common.yaml_files import read_yaml
+from hrp2_description.data import package_file
 from humanoid_motion.errors import PostureUnreachable
 from humanoid_motion.leaf import LeafFrame
 from humanoid_motion.robot_model import RobotModel
@@ -124,18 +124,20 @@ def configured_settings(robot: RobotModel) -> PlannerSettings:
     return make_settings(vars(configured_placement(robot)), robot)
 
 
+def bringup_parameters() -> Any:
+    """Return the content of the installed bringup's parameter file; None without it.
+
+    Raises:
+        InputError: The file cannot be read.
+    """
+    path = package_file("package://door_impact_bringup/config/params.yaml")
+    return None if path is None else read_yaml(path)
+
+
 def _surveyed() -> dict[str, float]:
     try:
-        from ament_index_python.packages import (
-            PackageNotFoundError,
-            get_package_share_directory,
-        )
-    except ImportError:
-        return {}
-    try:
-        path = Path(get_package_share_directory("door_impact_bringup")) / "config" / "params.yaml"
-        common = read_yaml(path)["/**"]["ros__parameters"]
-    except (PackageNotFoundError, InputError, KeyError, TypeError):
+        common = bringup_parameters()["/**"]["ros__parameters"]
+    except (KeyError, TypeError):
         return {}
     return {
         name: float(common[name])

@@ -15,13 +15,12 @@ from humanoid_motion.robot_model import RobotModel
 from impact_planner.hit.posture import HitPosture
 from impact_planner.hit.stance import HitStance
 from impact_planner.motion.run_up import RunUpPlan
-
-_STANDS = 0.03  # reserve with which HRP-2 stood after each simulated miss [m]
+from impact_planner.task.settings import RESERVE
 
 
 def needed_reserve(robot: RobotConfig) -> float:
     """Return the `missed_margin` below which a robot that misses the door may fall [m]."""
-    return _STANDS * robot.sole_scale
+    return RESERVE * robot.sole_scale
 
 
 def way_to_stop(speed: float, height: float) -> float:

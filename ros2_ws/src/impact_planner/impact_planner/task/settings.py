@@ -18,6 +18,7 @@ from impact_planner.task.experience import MASS_FACTORS, Limits
 RunUp = Literal["mcv50", "zmp_limited"]
 Ending = Literal["hold", "retreat", "pass"]
 RUN_UPS, ENDINGS = get_args(RunUp), get_args(Ending)
+RESERVE = 0.03  # capture point inside the soles with which HRP-2 stood after each miss [m]
 
 
 def _if_not_negative(value: Any) -> Any:
@@ -63,7 +64,7 @@ class PlannerSettings:
         "the hit [m]; negative between the soles; further out where a door stands farther away, "
         "further in where missed_reserve needs it")
     missed_reserve: float = number(
-        0.03, -1.0, 0.10, "desired distance of the capture point inside the soles when a missed "
+        RESERVE, -1.0, 0.10, "desired distance of the capture point inside the soles when a missed "
         "contact is noticed [m], for which the CoM is moved further in where the legs and the "
         "run-up's ZMP allow it; -1 moves nothing")
     # The legs do not reach far enough to come to rest with the ZMP inside the soles. After a short

@@ -68,7 +68,7 @@ class Mission:
         self._link = link
         self.body = Body(robot, link)
         ways = Ways(robot, link, passing, survey)
-        self._hits = Hits(self.body, link, thresholds or ExecutionSettings.of(robot.config))
+        self._hits = Hits(self.body, link, thresholds or ExecutionSettings.of(robot))
         place = DoorPlace(robot, link, survey)
         self._walks = Walks(self.body, link, place, recover=recover)
         self._passing = Passing(

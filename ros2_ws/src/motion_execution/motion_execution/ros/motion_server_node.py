@@ -6,7 +6,7 @@ import math
 import sys
 import traceback
 from collections.abc import Callable, Coroutine
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 from door_impact_common.errors import DoorImpactError, SettingError
@@ -68,15 +68,15 @@ class MotionServer(GuardedNode):
             self, self._after,
             lambda stamp, reference: self._mission.body.follows(stamp, reference),
             lambda why: self._mission.body.refused(why))
-        thresholds = ExecutionSettings.of(self._link.model.config)
         felt = given.number("felt_force", unknown=True)
         self._mission = Mission(
             self._link.model, self._link,
             Pose(given.number("hinge_x", unknown=True),
                  -given.number("door_distance", unknown=True), 0.0),
             PassageSettings.of(self._link.model, hand_stiffness=stiffness or math.inf),
-            replace(thresholds, felt_force=thresholds.felt_force if math.isnan(felt) else felt,
-                    contact_deceleration=given.number("contact_deceleration")),
+            ExecutionSettings.of(
+                self._link.model, contact_deceleration=given.number("contact_deceleration"),
+                **({} if math.isnan(felt) else {"felt_force": felt})),
             recover=given.switch("recover_standing"))
         self._reports = self.create_publisher(HitReport, "hit_report", 10)
         self._orders: dict[bytes, Order] = {}  # of the goals under way, by their identifiers

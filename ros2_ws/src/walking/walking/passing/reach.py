@@ -68,8 +68,8 @@ def plan_reach(
         HumanoidMotionError: A joint exceeds a limit, a leg does not reach, or bodies come too near
             to each other, to the leaf or to the frame.
     """
-    pattern = WalkSettings(start=_EXTENDS, end=_SEEKS, waist_height=robot.standing_height,
-                           friction=settings.friction)
+    pattern = WalkSettings.of(robot, start=_EXTENDS, end=_SEEKS, friction=settings.friction,
+                              waist_height=robot.standing_height)
     state, course = standing(robot, stance), ArmCourse(robot)
     upper, hand, config = state.upper.value, robot.hand_radius, robot.config
     walk = plan_walk(robot, state, [], pattern, clearance=False)

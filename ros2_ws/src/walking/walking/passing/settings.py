@@ -33,7 +33,7 @@ class Gait(NamedTuple):
     required_margin: float
 
     def scaled(self, tall: float, wide: float) -> Gait:
-        """Return it for a robot whose height and soles are `tall` and `wide` times HRP-2's."""
+        """Return the gait of a robot whose height and soles are `tall` and `wide` times HRP-2's."""
         return Gait(self.waist_height * tall, *(wide * each for each in self[1:]))
 
 
@@ -145,13 +145,9 @@ class PassageSettings:
 
     @classmethod
     def of(cls, robot: RobotModel, **own: Any) -> PassageSettings:
-        """Return a robot's defaults: HRP-2's by height, shoulder, soles and mass, but its own body.
-
-        Args:
-            own: Settings that are not to be the defaults.
-        """
-        config, plain = robot.config, cls()
-        tall, wide, arm = robot.height_scale, config.sole_scale, robot.shoulder_scale
+        """Return HRP-2's defaults by a robot's build, with its own body, and `own` as it is."""
+        config, tall, wide = robot.config, robot.height_scale, robot.config.sole_scale
+        arm = robot.shoulder_scale
 
         def larger(lengths: Any) -> Any:
             return tuple(map(larger, lengths)) if isinstance(lengths, tuple) else arm * lengths
@@ -159,15 +155,14 @@ class PassageSettings:
         lengths = ("wider", "gap", "lift_over", "reach", "hand_heights", "nearest", "hand_radius",
                    "clearance")
         tucked = config.posture(config.tucked_posture, config.half_sitting)
-        return replace(plain, **{
-            **{name: larger(getattr(plain, name)) for name in lengths},
+        scaled = {name: larger(getattr(cls, name)) for name in lengths} | {
             "body": bodies_of(robot).seen_from_above(tucked, config.arm.joints[_SHOULDER:]),
-            "gaits": tuple(gait.scaled(tall, wide) for gait in plain.gaits),
-            "held_gaits": tuple(gait.scaled(tall, wide) for gait in plain.held_gaits),
-            "held": tuple((friction, arm * clearance) for friction, clearance in plain.held),
-            "stop_margin": wide * plain.stop_margin, "foot_gap": wide * plain.foot_gap,
-            "chest_swing": plain.chest_swing / tall, "weak": config.mass_scale * plain.weak,
-            **own})
+            "gaits": tuple(gait.scaled(tall, wide) for gait in cls.gaits),
+            "held_gaits": tuple(gait.scaled(tall, wide) for gait in cls.held_gaits),
+            "held": tuple((friction, larger(clearance)) for friction, clearance in cls.held),
+            "stop_margin": wide * cls.stop_margin, "foot_gap": wide * cls.foot_gap,
+            "chest_swing": cls.chest_swing / tall, "weak": config.mass_scale * cls.weak}
+        return cls(**scaled | own)
 
     @property
     def yields(self) -> bool:
@@ -210,9 +205,8 @@ class PassageSettings:
 
     def walk(self, robot: RobotModel, gait: Gait, force: float) -> WalkSettings:
         """Return the settings of the walk with a gait, and a force of the held leaf [N]."""
-        return replace(
-            WalkSettings.of(robot),
-            start=self.start + self.settling * force, waist_height=gait.waist_height,
+        return WalkSettings.of(
+            robot, start=self.start + self.settling * force, waist_height=gait.waist_height,
             chest_swing=self.chest_swing, zmp_inward=gait.zmp_inward,
             first_inward=gait.first_inward, required_margin=gait.required_margin,
             friction=self.friction)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from door_impact_common.documents import STRICT, NotNegative, Number, Positive
 from hrp2_description.robot import StepLimits
 from humanoid_motion.robot_model import RobotModel
@@ -53,9 +55,10 @@ class WalkSettings:
     limits: StepLimits | None = None
 
     @classmethod
-    def of(cls, robot: RobotModel) -> WalkSettings:
-        """Return the defaults of a robot: HRP-2's by its height, and by the width of its soles."""
-        return cls(waist_height=cls.waist_height * robot.height_scale,
-                   lift=cls.lift * robot.height_scale,
-                   chest_swing=cls.chest_swing / robot.height_scale,
-                   required_margin=cls.required_margin * robot.config.sole_scale)
+    def of(cls, robot: RobotModel, **own: Any) -> WalkSettings:
+        """Return HRP-2's defaults by a robot's height and soles, and `own` as it is."""
+        tall, wide = robot.height_scale, robot.config.sole_scale
+        scaled = {"waist_height": tall * cls.waist_height, "lift": tall * cls.lift,
+                  "chest_swing": cls.chest_swing / tall,
+                  "required_margin": wide * cls.required_margin}
+        return cls(**scaled | own)

@@ -34,12 +34,13 @@ from door_impact_common.constants import GRAVITY
 from door_model.door.config import DoorConfig
 from door_model.door.frame import THRESHOLD
 from door_model.door.geometry import along
-from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
+from hrp2_description.drives_and_pads import SoleRubber
+from hrp2_description.robot import SIDES, RobotConfig
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.contact import ContactDesign
 from hrp2_sim_bridge.physics.engine import Scene, sensed_links
-from hrp2_sim_bridge.physics.kinematics import SensedBodies
+from hrp2_sim_bridge.physics.kinematics import sensed_bodies
 from hrp2_sim_bridge.physics.shapes import simulated_urdf
 
 WORLD, LEAF, HINGE, FLOOR = "world", "leaf", "hinge", "floor"
@@ -167,7 +168,7 @@ def build(mujoco: Any, scene: Scene) -> Model:
     spec = robot_spec(mujoco, robot, settings.iterations, visible=settings.gui)
     soles = [robot.feet[side].sole for side in SIDES]
     geoms = _name_shapes(spec)
-    bodies = SensedBodies(robot)
+    bodies = sensed_bodies(robot)
     for link, carrier, place in zip(
             sensed_links(robot), bodies.carriers, bodies.places, strict=True):
         _add_sensors(mujoco, spec, link, carrier, place)

@@ -27,7 +27,7 @@ from hrp2_sim_bridge.physics.engine import (
     sensor_joints,
 )
 from hrp2_sim_bridge.physics.frames import cross, quaternion_product, rotation
-from hrp2_sim_bridge.physics.kinematics import SensedBodies
+from hrp2_sim_bridge.physics.kinematics import sensed_bodies
 from hrp2_sim_bridge.physics.pybullet.client import connect, load_pybullet, prepare
 from hrp2_sim_bridge.physics.pybullet.door_frame import FrameBodies
 from hrp2_sim_bridge.physics.pybullet.leaf import LeafBody
@@ -86,7 +86,7 @@ class PyBulletEngine(Engine):
         self._joints = [indices[name] for name in robot.joint_names]
         sensors = [indices[name] for name in sensor_joints(robot)]
         self._to_frames = []
-        for sensor, place in zip(sensors, SensedBodies(robot).places, strict=True):
+        for sensor, place in zip(sensors, sensed_bodies(robot).places, strict=True):
             client.enableJointForceTorqueSensor(body, sensor, 1)
             # PyBullet reports in the inertial frame of the link beyond the sensor.
             inertial = pin.XYZQUATToSE3(np.hstack(client.getDynamicsInfo(body, sensor)[3:5]))

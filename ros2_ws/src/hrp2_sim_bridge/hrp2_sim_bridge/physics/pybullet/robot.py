@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 from door_impact_common.arrays import Array
-from hrp2_description.robot import SIDES, RobotConfig, SoleRubber
+from hrp2_description.drives_and_pads import SoleRubber
+from hrp2_description.robot import SIDES, RobotConfig
 
 from hrp2_sim_bridge.errors import ModelError
 from hrp2_sim_bridge.physics.shapes import simulated_urdf
@@ -82,8 +83,6 @@ def _prepare_sole(client: Any, body: int, sole: int, rubber: SoleRubber | None) 
 
 def _moments(link: ET.Element) -> Array:
     """Return the principal moments of a link's inertia in ascending order, (3,) [kg m^2]."""
-    element = link.find("inertial/inertia")
-    if element is None:
-        return np.zeros(3)
+    (element,) = link.iterfind("inertial/inertia")
     entries = [float(element.attrib[name]) for name in _ENTRIES]
     return np.asarray(np.linalg.eigvalsh(np.reshape(entries, (3, 3))))
