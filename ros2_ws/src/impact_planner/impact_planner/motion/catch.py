@@ -36,7 +36,8 @@ _PUSH = 1.5  # shortest time of the push to the desired angle [s]
 # Deceleration at the end of the push as a share of the closer's: a leaf that the hand slows down
 # less than the closer does stays on the hand, also while the robot sways.
 _PUSH_BRAKING = 0.4
-_REST = 0.3  # time at rest at the desired angle [s]
+# Time at rest in the end: at the desired angle, and where the hand has caught the leaf [s].
+_REST, _REST_CAUGHT = 0.3, 0.1
 _NEARLY_SHUT = math.radians(1.0)  # smallest angle that leaves room for the hand [rad]
 _PEAK_SPEED = 1.875  # largest speed of a minimum-jerk motion divided by its mean speed
 _PEAK_BRAKING = 5.774  # its largest deceleration, times duration squared over distance
@@ -97,7 +98,7 @@ class Catch:
     @property
     def duration(self) -> float:
         """Duration of the phase [s]."""
-        return self.at_rest + self.push + _REST
+        return self.at_rest + (self.push + _REST if self.push else _REST_CAUGHT)
 
     def angle_at(self, time: Array) -> Array:
         """Compute the leaf angle that the hand follows from its arrival, (N,) [rad].

@@ -37,6 +37,7 @@ from motion_execution.settings import ExecutionSettings
 SPEED = 0.05  # of B on its way to the leaf [m/s]
 _STOPS = 0.2  # time from the touch to rest, in which B goes on by some 5 mm [s]
 _SHORTEST = 0.05  # shortest such time, where the path ends [s]
+_BACK = 0.4  # time of the way back as a share of that of the way to the leaf
 _RESTS = 0.3  # time at the leaf, in which its encoder shows whether it gives [s]
 # The accelerometer shows a touch at that speed by 2.7 to 3.4 m/s^2 and the slow motion by 0.15, the
 # feet by 44 to 60 N and 8 N at most: threshold [m/s^2], and share of the hit's [-].
@@ -187,7 +188,7 @@ class Searching(_Probing):
         since = min(since, last - 0.5 * stops)
         reached = since + 0.5 * stops
         knots = concatenate([continue_from(path, since, 1.0, stops).held_until(stops + _RESTS),
-                             back_along(cut(path, reached), reached)])
+                             back_along(cut(path, reached), _BACK * reached)])
         return Reaction(
             Touched(run=run, phase=PROBE, begin=self.begin, end=stamp + stops + _RESTS,
                     sent=Reference(stamp, knots), probe=self.probe), (Command(stamp, knots),))

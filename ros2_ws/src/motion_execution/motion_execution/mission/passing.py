@@ -53,7 +53,7 @@ from motion_execution.walk.walk import Walk
 TOPICS = (*STANDING, DOOR, HAND)
 CAUGHT = ("post", "hold", "retreat")
 """Phases of the hit in which the hand catches the leaf."""
-REST = 0.3  # time at rest with the hand on the leaf before the passage is planned from there [s]
+COMES_TO_REST = 1.0  # longest time in which the hand comes to rest on the leaf [s]
 AFTER_WALK = 1.0  # time in which a robot on rubber soles comes to rest after a walk [s]
 _NARROWEST, _WIDEST = math.radians(1.0), math.radians(100.0)  # angles that may be asked for [rad]
 
@@ -262,7 +262,7 @@ class Passing:
         if wanted.dry_run:
             return way
         order.tell(self.progress(order))
-        await self._body.rest(REST, order)
+        await self._body.wait(lambda: self._holds(way.hold), COMES_TO_REST, order)
         try:
             plan = await self._ways.passage(self._found(way.hold), wanted, order, way.passage)
         except PassageInfeasible as error:
@@ -288,6 +288,14 @@ class Passing:
         assert soles is not None
         return hold.found(standing.position, soles, self._body.inputs.door_angle,
                           self._body.commanded, standing.attitude)
+
+    def _holds(self, hold: Hold) -> bool:
+        """Return whether the robot is at rest with its hand on the leaf."""
+        try:
+            self._found(hold)
+        except NotReady:
+            return False
+        return True
 
     # -- the walk up ----------------------------------------------------------------------------
 
