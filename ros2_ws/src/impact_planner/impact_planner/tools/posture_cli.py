@@ -7,11 +7,13 @@ import math
 import sys
 from typing import Any
 
+import pinocchio as pin
 from door_impact_common.errors import DoorImpactError
 from door_impact_common.files import run_command
 from door_impact_common.yaml_files import yaml_text
 from door_model.door.config import door_names, load_door
 from hrp2_description.robot import RobotConfig, load_robot_config
+from humanoid_motion.clearance import bodies_of
 from humanoid_motion.robot_model import RobotModel
 
 from impact_planner.errors import PLANNING_ERRORS
@@ -79,13 +81,27 @@ def find_postures(
 
 
 def _text(config: RobotConfig, plan: ImpactPlan) -> str:
-    near = plan.phase("cam").clearances[0]
+    distance, bodies = _nearest_to_arm(RobotModel(config), plan)
     lines = (
         f"v_rB {plan.v_rb:.3f} m/s, m_re {plan.effective_mass:.1f} kg (eq. (3): "
         f"{plan.effective_mass_planar:.1f}), b_r {plan.b_r:.3f} m (eq. (5): "
-        f"{plan.b_r_percussion:.3f}), {1e3 * near.distance:.0f} mm {' - '.join(near.bodies)}",
+        f"{plan.b_r_percussion:.3f}), arm clear by {1e3 * distance:.0f} mm ({bodies})",
         *(f"warning: {warning}" for warning in plan.warnings))
     return "".join(f"# {line}\n" for line in lines) + yaml_text(robot_fields(config))
+
+
+def _nearest_to_arm(robot: RobotModel, plan: ImpactPlan) -> tuple[float, str]:
+    """Return the least distance of the arm from the rest of the robot in the hit [m], and where."""
+    bodies, posture = bodies_of(robot), plan.hit.stance.posture
+    shapes, data = bodies.shapes, bodies.shapes.createData()
+    pin.updateGeometryPlacements(robot.model, robot.data, shapes, data,
+                                 robot.configuration(posture.base, posture.joints))
+    arm = set(robot.model.subtrees[robot.model.getJointId(robot.config.arm.joints[0])])
+    moved = [int(item.parentJoint) in arm for item in shapes.geometryObjects]
+    return min(((pin.computeDistance(shapes, data, number).min_distance,
+                 f"{bodies.links[pair.first]} - {bodies.links[pair.second]}")
+                for number, pair in enumerate(shapes.collisionPairs)
+                if moved[pair.first] != moved[pair.second]), default=(math.inf, "no shapes"))
 
 
 def robot_fields(config: RobotConfig) -> dict[str, Any]:
