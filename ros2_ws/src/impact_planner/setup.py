@@ -21,6 +21,7 @@ setup(
         "console_scripts": [
             "impact_planner = impact_planner.ros.impact_planner_node:main",
             "plan = impact_planner.tools.plan_cli:main",
+            "find_posture = impact_planner.tools.posture_cli:main",
         ],
     },
 )

@@ -53,11 +53,6 @@ def percussion_height(mass: float, i_rob: float, a_r: float) -> float:
     return i_rob / (mass * a_r)
 
 
-def percussion_offset(mass: float, i_rob: float, b_r: float) -> float:
-    """Compute the height a_r that puts it there for a given b_r, eq. (5) [m]."""
-    return i_rob / (mass * b_r)
-
-
 def foot_impulse_planar(mass: float, i_rob: float, a_r: float, b_r: float) -> float:
     """Compute the impulse of the floor at C along the leaf's normal per impulse on the door.
 

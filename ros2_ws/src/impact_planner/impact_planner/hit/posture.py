@@ -132,12 +132,12 @@ def percussion_posture(
     lowest, highest = robot.waist_heights()
     for step in (_STEP, _STEP / _FINER):  # the finer step finds a narrow range of heights
         heights: Array = np.arange(lowest, highest + 1e-9, step)
-        excess, joints, base = _at_heights(robot, heights, com_xy, feet, demands, also)
+        excess, joints, base = at_heights(robot, heights, com_xy, feet, demands, also)
         within = np.flatnonzero(excess.max(axis=1) <= 0.0)
         if within.size:
             break
     else:
-        raise _incapable(robot, excess, feet, demands)
+        raise incapable(robot, excess, feet, demands)
     ends = _bracket([_figures(robot, float(heights[i]), joints[i], base[i]) for i in within])
     if ends[0].percussion_error * ends[1].percussion_error > 0.0:
         near = int(abs(ends[1].percussion_error) < abs(ends[0].percussion_error))
@@ -146,7 +146,7 @@ def percussion_posture(
         for _ in range(_REFINEMENTS):  # approaches eq. (5) as closely as the legs allow
             step /= _FINER
             finer: Array = last + step * np.arange(1.0, _FINER)
-            excess, _, _ = _at_heights(robot, finer, com_xy, feet, demands, also)
+            excess, _, _ = at_heights(robot, finer, com_xy, feet, demands, also)
             last += step * float(np.argmin(np.append(excess.max(axis=1) <= 0.0, False)))
         ends[near] = _posture_at(robot, last, com_xy, feet)
     if ends[0].percussion_error * ends[1].percussion_error > 0.0:
@@ -178,11 +178,11 @@ def capable(
 ) -> bool:
     """Whether the legs meet the demands past a posture."""
     height = np.array([posture.waist_height])
-    excess, _, _ = _at_heights(robot, height, posture.com[:2], feet, demands, ())
+    excess, _, _ = at_heights(robot, height, posture.com[:2], feet, demands, ())
     return bool((excess <= 0.0).all())
 
 
-def _at_heights(
+def at_heights(
     robot: RobotModel,
     heights: Array,
     com_xy: Array,
@@ -213,7 +213,7 @@ def _at_heights(
     return np.where(inside[:, None], excess, np.inf), joints[:, 2], base[:, 2]
 
 
-def _incapable(
+def incapable(
     robot: RobotModel, excess: Array, feet: dict[str, Array], demands: LegDemands
 ) -> DoorImpactError:
     """Make the error of a stance that no height of the waist allows: out of reach or too slow."""

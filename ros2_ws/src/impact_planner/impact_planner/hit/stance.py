@@ -110,18 +110,30 @@ def braced_over(
     return braced(robot, com_xy, waist_z, feet, strict=strict)
 
 
+def place_feet(
+    robot: RobotModel, step: float, inside_edge: float
+) -> tuple[dict[str, Array], Array, Array]:
+    """Place the soles at the hit by side, (3,) each, for a step of the right foot, in odom [m].
+
+    Returns:
+        The soles, and the CoM, (2,) each, at the hit and where it is farthest over the left foot.
+    """
+    feet = initial_feet(robot)
+    feet["right"] = feet["right"] - np.array([0.0, step, 0.0])
+    right_inner = float(feet["right"][1]) + robot.feet["right"].rectangle[3]
+    left_inner = float(robot.feet["left"].corners(feet["left"])[:, 1].min())
+    over_left = left_inner + SINGLE_SUPPORT_MARGIN * robot.config.sole_scale
+    x = com_x(robot)
+    return feet, np.array([x, right_inner - inside_edge]), np.array([x, over_left])
+
+
 def stance_for_step(
     robot: RobotModel, step: float, inside_edge: float, demands: LegDemands = PLAIN
 ) -> HitStance:
     """Find the stance for a step of the right foot [m]; as for `stance_for_contact`."""
-    start = initial_feet(robot)
-    left, right = start["left"], start["right"] - np.array([0.0, step, 0.0])
-    feet = {"left": left, "right": right}
-    com = np.array([com_x(robot), right[1] + robot.feet["right"].rectangle[3] - inside_edge])
-    left_inner = float(robot.feet["left"].corners(left)[:, 1].min())
-    over_left = np.array([com[0], left_inner + SINGLE_SUPPORT_MARGIN * robot.config.sole_scale])
-    return HitStance(
-        start, feet, step, percussion_posture(robot, com, feet, demands, [over_left]))
+    feet, com, over_left = place_feet(robot, step, inside_edge)
+    return HitStance(initial_feet(robot), feet, step,
+                     percussion_posture(robot, com, feet, demands, [over_left]))
 
 
 def stance_for_contact(

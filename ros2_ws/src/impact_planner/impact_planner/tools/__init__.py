@@ -1,1 +1,1 @@
-"""The command `plan`, with its text and its figure."""
+"""The commands `plan`, with its text and its figure, and `find_posture`."""

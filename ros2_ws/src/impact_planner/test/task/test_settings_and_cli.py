@@ -1,11 +1,13 @@
-"""The planner's parameters, and the command `plan`."""
+"""The planner's parameters, and the commands `plan` and `find_posture`."""
 
 import json
 import math
 
 import numpy as np
 import pytest
+from door_impact_common.yaml_files import read_yaml, yaml_text
 from door_model.door.config import load_door
+from hrp2_description.data import data_path
 from hrp2_description.robot import load_robot_config
 from humanoid_motion.robot_model import RobotModel
 from impact_planner.errors import InvalidRequest
@@ -14,7 +16,7 @@ from impact_planner.task.experience import Limits
 from impact_planner.task.known_door import KnownDoor
 from impact_planner.task.request import PlanRequest, resolve
 from impact_planner.task.settings import make_settings, parameters_of
-from impact_planner.tools import plan_cli
+from impact_planner.tools import plan_cli, posture_cli
 
 ROBOT = RobotModel(load_robot_config())
 
@@ -77,11 +79,33 @@ def test_json_has_the_keys_that_scripts_read(tmp_path, capsys):
     assert found["door"] == "mine"
 
 
-@pytest.mark.parametrize(("arguments", "reason"), [
-    (["--angle-deg", "70"], "mcv50 reaches"),
-    (["--angle-deg", "25", "--door", "nowhere.yaml"], "nowhere.yaml")])
-def test_a_failure_is_one_line_on_stderr_and_status_1(capsys, arguments, reason):
-    assert plan_cli.main(arguments) == 1
+def test_a_found_posture_hits_as_well_as_the_shipped_one_and_its_lines_plan_so(tmp_path, capsys):
+    """From a file with another contact body, a hanging arm, and the trunk's pad elsewhere."""
+    path, file = tmp_path / "mine.yaml", read_yaml(data_path("config/robot.yaml"))
+    arm = dict(zip(file["braced_posture_deg"], file["half_sitting_deg"]["RARM"], strict=True))
+    file |= {"contact_link": "r_gripper", "contact_radius": 0.02, "braced_posture_deg": arm}
+    file["brace"]["trunk"]["xyz"] = [0.0, 0.0, 0.0]
+    path.write_text(yaml_text(file))
+    assert posture_cli.main([str(path)]) == 0
+    title, fields = capsys.readouterr().out.split("# v_rB ")[1].split("\n", 1)
+    path.with_name("found.yaml").write_text(fields)
+    path.write_text(yaml_text(file | read_yaml(path.with_name("found.yaml"))))
+    found, shipped = (
+        (plan_cli.main(["--angle-deg", "25", "--ending", "retreat", "--run-up", "zmp_limited",
+                        "--json", "--robot", str(robot)]), json.loads(capsys.readouterr().out))[1]
+        for robot in (path, data_path("config/robot.yaml")))
+    assert title.startswith(f"{found['v_rb']:.3f} m/s, m_re {found['effective_mass']:.1f} kg")
+    assert found["v_rb"] < 1.05 * shipped["v_rb"]
+    assert found["effective_mass"] > 0.95 * shipped["effective_mass"]
+    assert found["warnings"] == []
+
+
+@pytest.mark.parametrize(("command", "arguments", "reason"), [
+    (plan_cli, ["--angle-deg", "70"], "mcv50 reaches"),
+    (plan_cli, ["--angle-deg", "25", "--door", "nowhere.yaml"], "nowhere.yaml"),
+    (posture_cli, ["--angle-deg", "200"], "200 deg, must be at most")])
+def test_a_failure_is_one_line_on_stderr_and_status_1(capsys, command, arguments, reason):
+    assert command.main(arguments) == 1
     found = capsys.readouterr()
     assert found.out == ""
     assert reason in found.err
