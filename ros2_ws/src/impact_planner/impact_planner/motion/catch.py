@@ -131,25 +131,31 @@ def choices(
 ) -> Iterator[tuple[Catch, HandOnLeaf]]:
     """Find candidates for meeting the leaf: first the spots furthest from the hinge, then nearer.
 
+    Where the leaf stays where it was caught, the hand is to be there early, before it has fallen
+    far: longer times to extend the arm are tried later.
+
     Args:
         tries: Number of spots to try for each time to extend the arm.
     """
     speed = hold.task.settings.limit_share * hold.task.robot.speed_limit[reach.columns]
     fall = follow_free(hold.door, hold.angle, 0.0, until=max(_REACH_TIMES) + LATE + 1e-6)
-    tried = [_catch(hold, fall, duration) for duration in _REACH_TIMES]
-    furthest = {catch: reach.furthest(hold.task.known.width)
-                for catch in tried if catch is not None}
-    for _ in range(tries):
-        for catch, radius in list(furthest.items()):
-            # The hand yields: the elbow is nearest to the leaf where the leaf comes to rest.
-            leaf = (LeafFrame(hold.hinge, catch.lowest), LeafFrame(hold.hinge, catch.final))
-            hand = reach.choose(
-                hold.base, hold.joints, leaf, radius, speed * catch.reach / _PEAK_SPEED)
-            if hand is None:
-                del furthest[catch]
-                continue
-            yield catch, hand
-            furthest[catch] = hand.radius - _NEARER  # a less stretched arm
+    found = [_catch(hold, fall, duration) for duration in _REACH_TIMES]
+    tried = [catch for catch in found if catch is not None]
+    together = [tried] if hold.task.wanted.ending != "pass" else [
+        [catch] for catch in sorted(tried, key=lambda catch: catch.reach)]
+    for catches in together:
+        furthest = dict.fromkeys(catches, reach.furthest(hold.task.known.width))
+        for _ in range(tries):
+            for catch, radius in list(furthest.items()):
+                # The hand yields: the elbow is nearest to the leaf where the leaf comes to rest.
+                leaf = (LeafFrame(hold.hinge, catch.lowest), LeafFrame(hold.hinge, catch.final))
+                hand = reach.choose(
+                    hold.base, hold.joints, leaf, radius, speed * catch.reach / _PEAK_SPEED)
+                if hand is None:
+                    del furthest[catch]
+                    continue
+                yield catch, hand
+                furthest[catch] = hand.radius - _NEARER  # a less stretched arm
 
 
 def require_force(hold: HoldTask, catch: Catch, hand: HandOnLeaf) -> float:
